@@ -1,0 +1,141 @@
+"""The hash-consed graph of operations and its builder.
+
+A graph is immutable: nodes in topological order (operands before their users), equal nodes stored
+once, and named outputs.  A pass walks one graph and builds another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+from cordicc.ir.ops import OPS, OpDef
+
+Param = Fraction | int | str
+
+
+class Value(NamedTuple):
+    """Result number `result` of node number `node`."""
+
+    node: int
+    result: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """An operation, its parameters in the order of its definition, its operands.
+
+    `origin` names the equation that first asked for the node; it takes no part in equality.
+    """
+
+    op: str
+    params: tuple[Param, ...] = ()
+    operands: tuple[Value, ...] = ()
+    origin: str = field(default="", compare=False)
+
+    @property
+    def definition(self) -> OpDef:
+        """Return the row of the operation table."""
+        return OPS[self.op]
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """Operations in topological order, and the outputs by name."""
+
+    nodes: tuple[Node, ...]
+    outputs: Mapping[str, Value]
+
+    def node(self, value: Value) -> Node:
+        """Return the node that makes a value."""
+        return self.nodes[value.node]
+
+    def constant(self, value: Value) -> Fraction | None:
+        """Return the number of a constant, else None."""
+        node = self.nodes[value.node]
+        if node.op != "const":
+            return None
+        number = node.params[0]
+        assert isinstance(number, Fraction)
+        return number
+
+    def users(self) -> list[list[int]]:
+        """Return, for each node, the nodes that take one of its results, in order and once each."""
+        found: list[list[int]] = [[] for _ in self.nodes]
+        for index, node in enumerate(self.nodes):
+            for operand in dict.fromkeys(v.node for v in node.operands):
+                found[operand].append(index)
+        return found
+
+    def live(self, roots: Iterable[Value] | None = None) -> set[int]:
+        """Return the nodes on the way to `roots` (default: the outputs)."""
+        todo = [v.node for v in (self.outputs.values() if roots is None else roots)]
+        seen: set[int] = set()
+        while todo:
+            index = todo.pop()
+            if index not in seen:
+                seen.add(index)
+                todo.extend(v.node for v in self.nodes[index].operands)
+        return seen
+
+    def used_results(self) -> set[Value]:
+        """Return the values that an operation or an output takes."""
+        used = {operand for node in self.nodes for operand in node.operands}
+        return used | set(self.outputs.values())
+
+
+class Builder:
+    """Builds a graph; equal operations become one node.
+
+    `origin` is stamped on new nodes: set it to the equation at hand.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.origin = ""
+        self._index: dict[Node, int] = {}
+
+    def emit(self, op: str, operands: Iterable[Value] = (), params: Iterable[Param] = ()) -> Value:
+        """Return the first result of the operation, adding it if it is new."""
+        operands = tuple(operands)
+        definition = OPS[op]
+        if definition.commutative:
+            operands = tuple(sorted(operands))
+        node = Node(op, tuple(params), operands, self.origin)
+        assert len(operands) == definition.arity and len(node.params) == len(definition.params), node
+        index = self._index.get(node)
+        if index is None:
+            index = self._index[node] = len(self.nodes)
+            self.nodes.append(node)
+        return Value(index)
+
+    def const(self, number: Fraction | int) -> Value:
+        """Return a constant."""
+        return self.emit("const", (), (Fraction(number),))
+
+    def input(self, name: str) -> Value:
+        """Return an input."""
+        return self.emit("input", (), (name,))
+
+    def constant(self, value: Value) -> Fraction | None:
+        """Return the number of a constant, else None."""
+        node = self.nodes[value.node]
+        return node.params[0] if node.op == "const" and isinstance(node.params[0], Fraction) else None
+
+    def build(self, outputs: Mapping[str, Value]) -> Graph:
+        """Return the graph of what the outputs need, in a stable order; inputs are all kept."""
+        whole = Graph(tuple(self.nodes), dict(outputs))
+        live = whole.live()
+        kept = [i for i, node in enumerate(self.nodes) if i in live or node.op == "input"]
+        renumber = {old: new for new, old in enumerate(kept)}
+
+        def move(value: Value) -> Value:
+            return Value(renumber[value.node], value.result)
+
+        nodes = tuple(
+            Node(node.op, node.params, tuple(move(v) for v in node.operands), node.origin)
+            for node in (self.nodes[i] for i in kept)
+        )
+        return Graph(nodes, {name: move(value) for name, value in outputs.items()})
