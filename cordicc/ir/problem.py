@@ -1,0 +1,100 @@
+"""A problem as read: what the equations mean, before any rewriting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from cordicc.ir.graph import Graph, Value
+
+
+@dataclass(frozen=True, slots=True)
+class InputSpec:
+    """An input and its closed range; `unit` is documentation only (angles are radians)."""
+
+    name: str
+    lo: Fraction
+    hi: Fraction
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """An equation as written: the name it defines, its text, and the line it starts on."""
+
+    target: str
+    text: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class OutputSpec:
+    """An output: whether it is an angle, whether it is delivered in (-pi, pi], the error asked for."""
+
+    name: str
+    is_angle: bool = False
+    wrap: bool = False
+    max_error: Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SampleTable:
+    """Rows of the true workspace, by column: every input, equally many finite numbers each."""
+
+    file: str
+    columns: Mapping[str, tuple[float, ...]]
+
+    @property
+    def rows(self) -> int:
+        """Return the number of rows."""
+        return len(next(iter(self.columns.values()), ()))
+
+
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """A fact about the inputs, `left relation right`, relation one of = > < >= <=.
+
+    The sides are values of the problem's `assumption_graph`, not of its `graph`.
+    """
+
+    text: str
+    relation: str
+    left: Value
+    right: Value
+    line: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """The equations of a file as data.
+
+    `graph` holds every input, in order of declaration, and the outputs as they are delivered:
+    an angle with `wrap` is wrapped there.  `assumption_graph` is separate so that passes over
+    `graph` need not renumber the assumptions.
+    """
+
+    name: str
+    description: str
+    constants: Mapping[str, Fraction]
+    inputs: tuple[InputSpec, ...]
+    equations: tuple[Equation, ...]
+    outputs: tuple[OutputSpec, ...]
+    graph: Graph
+    samples: SampleTable | None = None
+    assumptions: tuple[Assumption, ...] = ()
+    assumption_graph: Graph = field(default_factory=lambda: Graph((), {}))
+
+    def input(self, name: str) -> InputSpec:
+        """Return the input of that name; raises KeyError."""
+        for spec in self.inputs:
+            if spec.name == name:
+                return spec
+        raise KeyError(name)
+
+    def output(self, name: str) -> OutputSpec:
+        """Return the output of that name; raises KeyError."""
+        for spec in self.outputs:
+            if spec.name == name:
+                return spec
+        raise KeyError(name)

@@ -1,0 +1,323 @@
+"""High-precision evaluation of a graph: the yardstick for every simulation and every rewrite.
+
+Each operation is evaluated as it is defined in `cordicc.ir.ops`, by mpmath's floating point at
+`PRECISION` bits, sample by sample.  A result without a value is None; so is all that follows from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from mpmath import libmp
+from mpmath.libmp import fone, fzero
+
+from cordicc.ir.graph import Graph, Node
+
+PRECISION = 113
+"""Significand bits of the evaluation, those of IEEE quadruple precision."""
+
+Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
+Result = Real | None
+_WORKING = (PRECISION, "n")
+
+_add = lambda a, b: libmp.mpf_add(a, b, *_WORKING)  # noqa: E731
+_sub = lambda a, b: libmp.mpf_sub(a, b, *_WORKING)  # noqa: E731
+_mul = lambda a, b: libmp.mpf_mul(a, b, *_WORKING)  # noqa: E731
+
+
+def evaluate(
+    graph: Graph, inputs: Mapping[str, np.ndarray]
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Evaluate the outputs of a graph on samples.
+
+    Args:
+        graph: any graph.
+        inputs: for each input of the graph a float64 array of shape (n,), taken as exact numbers.
+
+    Returns:
+        The outputs, float64 of shape (n,), correctly rounded from `PRECISION` bits, NaN where they
+        have no value; and which samples are valid: every operation of the graph has its value.
+    """
+    count = len(next(iter(inputs.values()))) if inputs else 1
+    program = [(_compile(node), [(v.node, v.result) for v in node.operands]) for node in graph.nodes]
+    inputs_at = [
+        (i, [libmp.from_float(x) for x in inputs[str(node.params[0])].tolist()])
+        for i, node in enumerate(graph.nodes)
+        if node.op == "input"
+    ]
+    outputs = {name: np.full(count, np.nan) for name in graph.outputs}
+    valid = np.zeros(count, dtype=bool)
+    values: list[tuple[Result, ...]] = [(None,)] * len(graph.nodes)
+    for sample in range(count):
+        for index, numbers in inputs_at:
+            values[index] = (numbers[sample],)
+        for index, (function, operands) in enumerate(program):
+            if function is not None:
+                arguments = [values[node][result] for node, result in operands]
+                values[index] = (None, None) if None in arguments else function(*arguments)
+        results = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
+        valid[sample] = None not in results.values()
+        for name, result in results.items():
+            if result is not None:
+                outputs[name][sample] = libmp.to_float(result, rnd="n")
+    return outputs, valid
+
+
+@lru_cache(maxsize=4096)
+def from_fraction(number: Fraction) -> Real:
+    """Return a rational rounded to `PRECISION` bits."""
+    return libmp.from_rational(number.numerator, number.denominator, *_WORKING)
+
+
+def _compile(node: Node) -> Callable[..., tuple[Result, ...]] | None:
+    """Return the function from the node's operands to its results; None for an input."""
+    if node.op == "input":
+        return None
+    return _FUNCTIONS[node.op](*node.params)
+
+
+def _plain(function: Callable[..., Result]) -> Callable[[], Callable[..., tuple[Result, ...]]]:
+    """Make a table row from a function of operands to one result."""
+
+    def row() -> Callable[..., tuple[Result, ...]]:
+        return lambda *operands: (function(*operands),)
+
+    return row
+
+
+def _unary(function: Callable[..., Real]) -> Callable[[], Callable[..., tuple[Result, ...]]]:
+    return _plain(lambda a: function(a, *_WORKING))
+
+
+def _negative(a: Real) -> bool:
+    return bool(a[0])
+
+
+def _less(a: Real, b: Real) -> bool:
+    return bool(libmp.mpf_lt(a, b))
+
+
+def _div(a: Real, b: Real) -> Result:
+    return None if b == fzero else libmp.mpf_div(a, b, *_WORKING)
+
+
+def _sqrt(a: Real) -> Result:
+    return None if _negative(a) else libmp.mpf_sqrt(a, *_WORKING)
+
+
+def _hypot(a: Real, b: Real) -> Real:
+    return libmp.mpf_hypot(a, b, *_WORKING)
+
+
+def _atan2(y: Real, x: Real) -> Result:
+    return None if x == fzero and y == fzero else libmp.mpf_atan2(y, x, *_WORKING)
+
+
+def _log(a: Real) -> Result:
+    return None if _negative(a) or a == fzero else libmp.mpf_log(a, *_WORKING)
+
+
+def _within_one(function: Callable[..., Real], a: Real) -> Result:
+    return None if _less(fone, libmp.mpf_abs(a)) else function(a, *_WORKING)
+
+
+def _atanh(a: Real) -> Result:
+    return libmp.mpf_atanh(a, *_WORKING) if _less(libmp.mpf_abs(a), fone) else None
+
+
+def _acosh(a: Real) -> Result:
+    return None if _less(a, fone) else libmp.mpf_acosh(a, *_WORKING)
+
+
+def _sign(a: Real) -> Real:
+    return libmp.from_int(libmp.mpf_sign(a))
+
+
+def _wrap(a: Real) -> Real:
+    turn = libmp.mpf_shift(libmp.mpf_pi(2 * PRECISION), 1)
+    half = libmp.mpf_shift(turn, -1)
+    turns = libmp.mpf_ceil(libmp.mpf_div(_sub(a, half), turn, *_WORKING), *_WORKING)
+    return _sub(a, libmp.mpf_mul(turns, turn, 2 * PRECISION, "n"))
+
+
+def _power(exponent: Fraction) -> Callable[..., tuple[Result, ...]]:
+    whole = exponent.numerator if exponent.denominator == 1 else None
+
+    def power(a: Real) -> tuple[Result]:
+        if a == fzero and exponent < 0:
+            return (None,)
+        if whole is not None:
+            return (libmp.mpf_pow_int(a, whole, *_WORKING),)
+        root = _sqrt(a)
+        return (None if root is None else libmp.mpf_pow_int(root, exponent.numerator, *_WORKING),)
+
+    return power
+
+
+def _guard(condition: str) -> Callable[..., tuple[Result, ...]]:
+    holds: Callable[[Real], bool] = {
+        "any": lambda s: True,
+        "nonzero": lambda s: s != fzero,
+        "nonnegative": lambda s: not _negative(s),
+        "positive": lambda s: s != fzero and not _negative(s),
+    }[condition]
+    return lambda a, s: (a if holds(s) else None,)
+
+
+def _square(a: Real) -> Real:
+    return _mul(a, a)
+
+
+def _circular_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
+    """theta = atan2(A, B) +- acos(C / sqrt(A^2 + B^2)), the contract's formula."""
+    radius = _hypot(A, B)
+    centre, ratio = _atan2(A, B), _div(C, radius)
+    if centre is None or ratio is None:
+        return None
+    offset = _within_one(libmp.mpf_acos, ratio)
+    return None if offset is None else (_add if branch == "+" else _sub)(centre, offset)
+
+
+def _hyperbolic_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
+    """The logarithm of the root E > 0 of p E^2 - C E + q = 0, p = (B+A)/2, q = (B-A)/2.
+
+    With |B| > |A| both roots have one sign and the branch picks one; else at most one is positive.
+    """
+    p, q = libmp.mpf_shift(_add(B, A), -1), libmp.mpf_shift(_sub(B, A), -1)
+    if p == fzero and q == fzero:
+        return None
+    root = _sqrt(_sub(_square(C), libmp.mpf_shift(_mul(p, q), 2)))
+    if root is None:
+        return None
+    sign = libmp.mpf_neg if _negative(C) else libmp.mpf_pos
+    p, q = sign(p), sign(q)
+    total = _add(libmp.mpf_abs(C), root)
+    p_positive, q_positive = (not _negative(x) and x != fzero for x in (p, q))
+    if total == fzero:
+        return None
+    if p_positive and q_positive and branch == "none":
+        return None
+    if p_positive and not (q_positive and branch == "-"):
+        return _log(libmp.mpf_div(total, libmp.mpf_shift(p, 1), *_WORKING))
+    if q_positive:
+        return _log(libmp.mpf_div(libmp.mpf_shift(q, 1), total, *_WORKING))
+    return None
+
+
+def _solve(m: int, branch: str) -> Callable[..., tuple[Result, ...]]:
+    solution = _circular_solution if m == 1 else _hyperbolic_solution
+    return lambda A, B, C: (solution(branch, A, B, C),)
+
+
+def _solve_pair(A1: Real, B1: Real, C1: Real, A2: Real, B2: Real, C2: Real) -> Result:
+    determinant = _sub(_mul(B1, A2), _mul(B2, A1))
+    cosine = _div(_sub(_mul(C1, A2), _mul(C2, A1)), determinant)
+    sine = _div(_sub(_mul(B1, C2), _mul(B2, C1)), determinant)
+    return None if cosine is None or sine is None else _atan2(sine, cosine)
+
+
+def _implicit(m: int, branch: str) -> Callable[..., tuple[Result, ...]]:
+    solution = _circular_solution if m == 1 else _hyperbolic_solution
+
+    def implicit(A: Real, B: Real, C: Real) -> tuple[Result, Result]:
+        angle = solution(branch, A, B, C)
+        combine = (_add, _sub) if m == 1 else (_sub, _add)
+        rest = combine[1](combine[0](_square(A), _square(B)), _square(C))
+        return (None, None) if angle is None else (angle, _sqrt(rest))
+
+    return implicit
+
+
+def _rotate(m: int) -> Callable[..., tuple[Result, ...]]:
+    def rotate(x: Real, y: Real, z: Real) -> tuple[Result, Result]:
+        if m == 0:
+            return x, _add(y, _mul(x, z))
+        if m == 1:
+            cosine, sine = libmp.mpf_cos_sin(z, *_WORKING)
+            return _sub(_mul(x, cosine), _mul(y, sine)), _add(_mul(y, cosine), _mul(x, sine))
+        cosine, sine = libmp.mpf_cosh_sinh(z, *_WORKING)
+        return _add(_mul(x, cosine), _mul(y, sine)), _add(_mul(y, cosine), _mul(x, sine))
+
+    return rotate
+
+
+def _vector(m: int, sign: int) -> Callable[..., tuple[Result, ...]]:
+    combine = _add if sign == 1 else _sub
+
+    def vector(x: Real, y: Real, z: Real) -> tuple[Result, Result]:
+        norm: Result
+        if m == 1:
+            norm, angle = _hypot(x, y), _atan2(y, x)
+        elif m == 0:
+            norm, angle = x, _div(y, x)
+        else:
+            ratio = _div(y, x)
+            norm = _sqrt(_sub(_square(x), _square(y)))
+            angle = None if ratio is None else _atanh(ratio)
+        return norm, None if angle is None else combine(z, angle)
+
+    return vector
+
+
+def _lightcone(u: Real, v: Real) -> tuple[Result, Result]:
+    ratio = _div(u, v)
+    angle = None if ratio is None else _log(ratio)
+    return _sqrt(_mul(u, v)), None if angle is None else libmp.mpf_shift(angle, -1)
+
+
+def _constant(number: Fraction) -> Callable[..., tuple[Result, ...]]:
+    result = (from_fraction(number),)
+    return lambda: result
+
+
+_FUNCTIONS: dict[str, Callable[..., Callable[..., tuple[Result, ...]]]] = {
+    "const": _constant,
+    "add": _plain(_add),
+    "sub": _plain(_sub),
+    "mul": _plain(_mul),
+    "cmul": lambda factor: lambda a: (_mul(a, from_fraction(factor)),),
+    "shift": lambda exponent: lambda a: (libmp.mpf_shift(a, int(exponent)),),
+    "neg": _plain(libmp.mpf_neg),
+    "abs": _plain(libmp.mpf_abs),
+    "sign": _plain(_sign),
+    "min": _plain(lambda a, b: a if _less(a, b) else b),
+    "max": _plain(lambda a, b: b if _less(a, b) else a),
+    "flip": _plain(lambda a, s: libmp.mpf_neg(a) if _negative(s) else a),
+    "select": _plain(lambda s, a, b: b if _negative(s) else a),
+    "guard": _guard,
+    "wrap": _plain(_wrap),
+    "div": _plain(_div),
+    "pow": _power,
+    "sqrt": _plain(_sqrt),
+    "hypot": _plain(_hypot),
+    "sin": _unary(libmp.mpf_sin),
+    "cos": _unary(libmp.mpf_cos),
+    "tan": _unary(libmp.mpf_tan),
+    "asin": _plain(lambda a: _within_one(libmp.mpf_asin, a)),
+    "acos": _plain(lambda a: _within_one(libmp.mpf_acos, a)),
+    "atan": _unary(libmp.mpf_atan),
+    "atan2": _plain(_atan2),
+    "sinh": _unary(libmp.mpf_sinh),
+    "cosh": _unary(libmp.mpf_cosh),
+    "tanh": _unary(libmp.mpf_tanh),
+    "asinh": _unary(libmp.mpf_asinh),
+    "acosh": _plain(_acosh),
+    "atanh": _plain(_atanh),
+    "exp": _unary(libmp.mpf_exp),
+    "log": _plain(_log),
+    "solve": _solve,
+    "solve_pair": lambda: lambda *operands: (_solve_pair(*operands),),
+    "rotate": _rotate,
+    "vector": _vector,
+    "lightcone": lambda: _lightcone,
+    "implicit": _implicit,
+}
+
+
+def operations() -> Sequence[str]:
+    """Return the names of the operations that can be evaluated (all but `input`)."""
+    return tuple(_FUNCTIONS)

@@ -1,0 +1,28 @@
+"""The passes in their order, each with the reason for its place."""
+
+from __future__ import annotations
+
+from cordicc.rewrite.base import Pass
+from cordicc.rewrite.implicit import ImplicitForms
+from cordicc.rewrite.rotations import Rotations
+from cordicc.rewrite.select import Quotients
+from cordicc.rewrite.simplify import Simplify
+from cordicc.rewrite.standard import StandardChains
+from cordicc.rewrite.vectors import Vectorings
+from cordicc.rewrite.wraps import DropWraps
+
+
+def default_passes(*, implicit: bool) -> tuple[Pass, ...]:
+    """Return the passes from the equations as written to unit operations.
+
+    `implicit` tells whether implicit CAUs may be used.
+    """
+    return (
+        DropWraps(),  # needs the inverse functions still in sight
+        Simplify(),  # one shape for constant factors, signs and powers, on which the patterns rest
+        ImplicitForms(),  # takes quotients inside acos and asin before they become CAUs
+        Vectorings(),  # takes quotients inside atan and log; reads squares before they become mul
+        Rotations(),  # after Vectorings, so that sums under a root are seen as lengths first
+        *(() if implicit else (StandardChains(),)),  # the whole circle of implicit forms is known now
+        Quotients(),  # last: no pattern wants the remaining quotients
+    )
