@@ -1,18 +1,20 @@
-"""The plan: what cordicc emits, as frozen data, with its JSON form."""
+"""The plan: what cordicc emits, as frozen data.  Its JSON form is in `cordicc.plan_json`."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, field
+from collections import Counter
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 FORMAT = "cordicc-plan"
 VERSION = 1
+CAU_KINDS = ("standard", "implicit")
+"""The kinds of unit that are CORDIC arithmetic units (CAUs), the processors of a plan."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A hardware unit.  `latency` in cycles; `arithmetic` is the data of the target that fixes its bits."""
+    """A hardware unit; `latency` in cycles."""
 
     id: str
     kind: str
@@ -52,6 +54,10 @@ class Operation:
     results: tuple[str | None, ...]
     equation: str
 
+    def at(self, unit: str, start: int, finish: int) -> Operation:
+        """Return the operation bound to a unit and a slot."""
+        return replace(self, unit=unit, start=start, finish=finish)
+
 
 @dataclass(frozen=True, slots=True)
 class Fifo:
@@ -71,7 +77,7 @@ class Fifo:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A complete hardware plan.  See `schema/plan.schema.json` for the JSON form of each field."""
+    """A complete hardware plan.  The schema of its JSON form explains each field."""
 
     name: str
     description: str
@@ -88,3 +94,29 @@ class Plan:
     optimal: dict[str, bool]
     bounds: dict[str, int]
     accuracy: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def clock_hz(self) -> float:
+        """Return the clock of the target."""
+        return float(self.target["clock_hz"])
+
+    @property
+    def latency_seconds(self) -> float:
+        """Return the time from the inputs to the outputs."""
+        return self.latency_cycles / self.clock_hz
+
+    @property
+    def fifo_words(self) -> int:
+        """Return the words of all FIFOs together."""
+        return sum(fifo.depth for fifo in self.fifos)
+
+    def units_by_kind(self) -> dict[str, int]:
+        """Return the number of units of each kind, CAUs first."""
+        count = Counter(unit.kind for unit in self.units)
+        order = (*CAU_KINDS, *sorted(set(count) - set(CAU_KINDS)))
+        return {kind: count[kind] for kind in order if count[kind]}
+
+    def processors(self) -> dict[str, int]:
+        """Return the number of CAUs by kind and in total."""
+        count = {kind: sum(unit.kind == kind for unit in self.units) for kind in CAU_KINDS}
+        return {**count, "total": sum(count.values())}

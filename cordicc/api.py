@@ -1,0 +1,95 @@
+"""The Python interface: what `import cordicc` offers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cordicc import pipeline
+from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.emulate import cycle as cycle_run
+from cordicc.emulate import functional as functional_run
+from cordicc.files import read_text
+from cordicc.ir.problem import Problem
+from cordicc.plan import Plan as PlanData
+from cordicc.plan_json import dump, parse
+from cordicc.schedule.assemble import Limits
+
+
+@dataclass(frozen=True, slots=True)
+class Plan(PlanData):
+    """A hardware plan that can be run."""
+
+    @classmethod
+    def of(cls, data: PlanData) -> Plan:
+        """Return plan data with the methods of this class."""
+        return cls(**{f.name: getattr(data, f.name) for f in fields(PlanData)})
+
+    def simulate(
+        self, inputs: Mapping[str, ArrayLike], *, cycle_accurate: bool = False
+    ) -> dict[str, NDArray[Any]]:
+        """Run the plan, bit-true, on samples.
+
+        Args:
+            inputs: an array of shape (n,) for each input of the problem.
+            cycle_accurate: execute units, pipelines and FIFOs clock by clock; the same bits, slower.
+
+        Returns:
+            An array of shape (n,) for each output, float64, NaN for invalid samples, and `valid`, bool.
+
+        Raises:
+            InvalidInput: an input is missing, unknown, or of another length than the others.
+        """
+        run = cycle_run.run if cycle_accurate else functional_run.run
+        arrays = self._arrays(inputs)
+        return run(self, pipeline.machine_of(self), arrays)
+
+    def _arrays(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.float64]]:
+        names = [item["name"] for item in self.problem["inputs"]]
+        wrong = [f"input '{n}' is missing" for n in names if n not in inputs]
+        wrong += [f"there is no input '{n}'" for n in inputs if n not in names]
+        arrays = {n: np.atleast_1d(np.asarray(inputs[n], dtype=np.float64)) for n in names if n in inputs}
+        if any(a.ndim != 1 for a in arrays.values()) or len({len(a) for a in arrays.values()}) > 1:
+            wrong.append("the inputs are not one-dimensional arrays of one length")
+        if wrong:
+            raise InvalidInput(Diagnostic("E610", message) for message in wrong)
+        return arrays
+
+    def to_json(self) -> str:
+        """Return the text of plan.json."""
+        return dump(self)
+
+
+def compile(
+    problem: str | Path,
+    *,
+    target: str = pipeline.DEFAULT_TARGET,
+    units: str = "auto",
+    minimize: str = "processors",
+    ii: int = 1,
+    max_processors: int | None = None,
+    max_latency: int | None = None,
+) -> Plan:
+    """Compile a problem file to a plan; the options are those of `cordicc compile`.
+
+    Raises:
+        InvalidInput: the file, the target or an option is invalid.
+        Unattainable: no plan within the limits.
+    """
+    options = pipeline.Options(target, units, Limits(minimize, ii, max_processors, max_latency))
+    return Plan.of(pipeline.compile_file(Path(problem), options).plan)
+
+
+def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
+    """Read a problem file and return it with its warnings; raises InvalidInput with all its errors."""
+    return pipeline.read_problem(Path(problem))
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read plan.json back, with everything checked; raises InvalidInput."""
+    return Plan.of(pipeline.check_plan(parse(read_text(Path(path)), str(path)), str(path)))

@@ -1,0 +1,229 @@
+"""The command line: thin commands over `cordicc.api` and `cordicc.pipeline`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cordicc import __version__
+from cordicc.diagnostics import CordiccError, Diagnostic
+
+if TYPE_CHECKING:
+    from cordicc.api import Plan
+
+_FILE = click.Path(path_type=Path)
+_POSITIVE = click.IntRange(min=1)
+
+
+class _Group(click.Group):
+    """Turns the errors of cordicc into diagnostics on stderr and their exit status."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except CordiccError as error:
+            _tell(error.diagnostics)
+            ctx.exit(error.exit_status)
+        except BrokenPipeError:
+            sys.stderr.close()
+            ctx.exit(1)
+
+
+def _tell(diagnostics: Iterable[Diagnostic]) -> None:
+    for diagnostic in diagnostics:
+        click.echo(diagnostic.render(), err=True)
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="cordicc")
+def main() -> None:
+    """Compile kinematic equations to CORDIC hardware plans.
+
+    \b
+    cordicc compile arm.yaml              write build/arm/: plan, report, pictures, simulation
+    cordicc simulate build/arm/plan.json  run the plan, bit-true, and report its errors
+    cordicc check arm.yaml                only look for mistakes in the file
+    """
+
+
+@main.command("compile")
+@click.argument("file", type=_FILE)
+@click.option("-o", "--output", type=_FILE, help="Folder for the results.  [default: build/<name>]")
+@click.option("--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'.")
+@click.option(
+    "--units",
+    type=click.Choice(["auto", "standard", "implicit"]),
+    default="auto",
+    show_default=True,
+    help="Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' insists on them.",
+)
+@click.option("--ii", type=_POSITIVE, default=1, show_default=True, help="Cycles between samples.")
+@click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
+@click.option("--max-latency", type=click.IntRange(min=0), metavar="CYCLES", help="Most cycles.")
+@click.option(
+    "--minimize",
+    type=click.Choice(["processors", "latency", "fifo", "area"]),
+    default="processors",
+    show_default=True,
+    help="The first goal; the others follow in this order.",
+)
+@click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
+@click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no summary.")
+def compile_command(
+    file: Path,
+    output: Path | None,
+    target: str,
+    units: str,
+    ii: int,
+    max_processors: int | None,
+    max_latency: int | None,
+    minimize: str,
+    print_after: str | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Compile the problem FILE to a plan, pictures, a report and a simulation.
+
+    \b
+    cordicc compile examples/planar_2r.yaml
+    cordicc compile arm.yaml --target krieger96 --minimize latency -o out
+    """
+    from cordicc import pipeline
+    from cordicc.files import write_files
+    from cordicc.ir.text import print_graph
+    from cordicc.plan_json import summary
+    from cordicc.schedule.assemble import Limits
+    from cordicc.summary import plan_text
+
+    names = pipeline.pass_names()
+    if print_after is not None and print_after not in (*names, "all"):
+        raise click.BadParameter(f"choose from all, {', '.join(names)}", param_hint="--print-after")
+
+    def watch(name: str, graph: Any) -> None:
+        if print_after in (name, "all"):
+            click.echo(f"; after {name}\n{print_graph(graph)}", err=as_json)
+
+    options = pipeline.Options(target, units, Limits(minimize, ii, max_processors, max_latency))
+    compiled = pipeline.compile_file(file, options, watch)
+    _tell(compiled.warnings)
+    plan = compiled.plan
+    folder = output if output is not None else Path("build") / plan.name
+    write_files(folder, pipeline.artefacts(plan))
+    if as_json:
+        click.echo(summary(plan), nl=False)
+    elif not quiet:
+        click.echo(plan_text(plan), nl=False)
+        click.echo(f"\n  wrote {folder}: {', '.join(pipeline.ARTEFACTS)}")
+
+
+@main.command()
+@click.argument("plan", type=_FILE, metavar="PLAN|FILE")
+@click.option("--inputs", type=_FILE, metavar="IN.csv", help="Samples, under a header of input names.")
+@click.option("--random", "count", type=click.IntRange(1, 10_000_000), help="Draw so many samples.  [default: 10000]")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the drawing.")
+@click.option("--outputs", type=_FILE, metavar="OUT.csv", help="Write the outputs and 'valid'.")
+@click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
+@click.option("--json", "as_json", is_flag=True, help="Print the errors as one JSON object.")
+def simulate(
+    plan: Path,
+    inputs: Path | None,
+    count: int | None,
+    seed: int,
+    outputs: Path | None,
+    cycle_accurate: bool,
+    as_json: bool,
+) -> None:
+    """Run a plan, bit-true, and compare it with the equations.
+
+    PLAN is a plan.json; a problem FILE is compiled first with the default options.
+
+    \b
+    cordicc simulate build/planar-2r/plan.json --random 1000
+    cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
+    """
+    from cordicc import pipeline
+    from cordicc.emulate.sampling import draw, read_csv, write_csv
+    from cordicc.files import read_text, write_files
+    from cordicc.summary import comparison_json, comparison_text
+
+    if inputs is not None and count is not None:
+        raise click.UsageError("--inputs and --random exclude each other")
+    loaded = _plan_or_problem(plan)
+    if inputs is not None:
+        names = [item["name"] for item in loaded.problem["inputs"]]
+        samples, warnings = read_csv(read_text(inputs, 1 << 30), str(inputs), names)
+        _tell(warnings)
+    else:
+        samples = draw(loaded.problem, count or pipeline.DEFAULT_SAMPLES, seed)
+    results = loaded.simulate(samples, cycle_accurate=cycle_accurate)
+    if outputs is not None:
+        write_files(outputs.parent, {outputs.name: write_csv(results)})
+    comparison = pipeline.compare(loaded, samples, results)
+    click.echo((comparison_json if as_json else comparison_text)(loaded, comparison), nl=False)
+
+
+def _plan_or_problem(path: Path) -> Plan:
+    from cordicc.api import Plan, load_plan
+    from cordicc.pipeline import Options, compile_file
+
+    if path.suffix == ".json":
+        return load_plan(path)
+    compiled = compile_file(path, Options())
+    _tell(compiled.warnings)
+    return Plan.of(compiled.plan)
+
+
+@main.command()
+@click.argument("plan", type=_FILE)
+@click.option(
+    "--view",
+    type=click.Choice(["datapath", "schedule", "graph"]),
+    default="datapath",
+    show_default=True,
+    help="What to draw.",
+)
+@click.option("-o", "--output", type=_FILE, metavar="FILE.svg", help="Write here instead of stdout.")
+def draw(plan: Path, view: str, output: Path | None) -> None:
+    """Draw a plan.json as SVG."""
+    from cordicc.api import load_plan
+    from cordicc.files import write_files
+    from cordicc.pipeline import picture
+
+    text = picture(load_plan(plan), view)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write_files(output.parent, {output.name: text})
+
+
+@main.command()
+@click.argument("file", type=_FILE)
+def check(file: Path) -> None:
+    """Parse and validate a problem FILE; all its mistakes are listed together."""
+    from cordicc.api import check as check_file
+
+    problem, warnings = check_file(file)
+    _tell(warnings)
+    counts = f"{len(problem.inputs)} inputs, {len(problem.equations)} equations, {len(problem.outputs)} outputs"
+    click.echo(f"{problem.name}: {counts}, no errors")
+
+
+@main.command()
+@click.argument("name", required=False)
+def targets(name: str | None) -> None:
+    """List the shipped targets, or print one: the NAME of a shipped target, or a file."""
+    from cordicc.targets.model import load_target, shipped_targets, target_text
+
+    if name is not None:
+        load_target(name)
+        click.echo(target_text(name), nl=False)
+        return
+    shipped = [load_target(each) for each in shipped_targets()]
+    width = max(len(target.name) for target in shipped)
+    for target in shipped:
+        click.echo(f"{target.name:<{width}}  {' '.join(target.description.split())}")

@@ -1,0 +1,75 @@
+"""Errors of a simulation against the original equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.ir.graph import Graph
+from cordicc.ir.reference import evaluate
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """Errors over the samples valid in both the equations and the simulation; None without any.
+
+    `max` and `rms` are absolute, in the unit of the output; of angles, modulo 2 pi.  `at` is the
+    sample of the largest error.
+    """
+
+    max: float | None
+    rms: float | None
+    at: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A simulation beside the equations: errors by output, and where validity differs."""
+
+    observed: dict[str, Observed]
+    samples: int
+    valid: int
+    lost: int
+    gained: int
+
+
+def compare(
+    graph: Graph,
+    angles: Mapping[str, bool],
+    inputs: Mapping[str, NDArray[Any]],
+    outputs: Mapping[str, NDArray[Any]],
+) -> Comparison:
+    """Compare simulated outputs with the high-precision evaluation of the equations.
+
+    Args:
+        graph: the equations as written.
+        angles: by output, whether errors count modulo 2 pi.
+        inputs: samples, float64 of shape (n,).
+        outputs: what the simulation gave for them, and its `valid`.
+    """
+    exact, defined = evaluate(graph, inputs)
+    simulated = outputs["valid"].astype(bool)
+    both = defined & simulated
+    observed = {}
+    for name, is_angle in angles.items():
+        error = np.abs(outputs[name][both] - exact[name][both])
+        if is_angle:
+            error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
+        if error.size:
+            rms = float(np.sqrt(np.mean(np.square(error))))
+            where = int(np.argmax(error))
+            observed[name] = Observed(float(error[where]), rms, int(np.flatnonzero(both)[where]))
+        else:
+            observed[name] = Observed(None, None, None)
+    return Comparison(
+        observed,
+        samples=len(defined),
+        valid=int(simulated.sum()),
+        lost=int((defined & ~simulated).sum()),
+        gained=int((simulated & ~defined).sum()),
+    )

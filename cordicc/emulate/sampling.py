@@ -1,0 +1,125 @@
+"""Samples of the inputs: drawn, or read from and written to CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
+
+Floats = NDArray[np.float64]
+
+MAX_ROWS = 10_000_000
+
+
+def bounds(problem: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the range of each input as the nearest doubles, from the `problem` part of a plan."""
+    return {i["name"]: (float(Fraction(i["lo"])), float(Fraction(i["hi"]))) for i in problem["inputs"]}
+
+
+def draw(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, Floats]:
+    """Draw samples: rows of the problem's own samples if it has them, else uniform in the ranges.
+
+    The generator is NumPy's PCG64 with the given seed, the inputs in order of declaration.
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    samples = problem.get("samples")
+    if samples:
+        columns = {name: np.asarray(column, dtype=np.float64) for name, column in samples["columns"].items()}
+        rows = generator.integers(0, len(next(iter(columns.values()))), count)
+        return {item["name"]: columns[item["name"]][rows] for item in problem["inputs"]}
+    drawn = {}
+    for name, (lo, hi) in bounds(problem).items():
+        drawn[name] = np.clip(lo + (hi - lo) * generator.random(count), lo, hi)
+    return drawn
+
+
+def read_csv(text: str, name: str, inputs: list[str]) -> tuple[dict[str, Floats], list[Diagnostic]]:
+    """Read input samples.
+
+    Args:
+        text: CSV with a header of input names.
+        name: how the user knows the file.
+        inputs: the columns wanted; others are ignored with a warning.
+
+    Returns:
+        An array of shape (rows,) per input, and warnings.
+
+    Raises:
+        InvalidInput: a column is missing or twice, a row has another length, a field is no decimal number.
+    """
+    source = Source(name, text)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        header = [field.strip() for field in next(reader, [])]
+        rows = [(reader.line_num, row) for row in reader if row]
+    except csv.Error as error:
+        raise InvalidInput([Diagnostic("E611", f"not CSV: {error}", source=source)]) from None
+    found = _columns(header, inputs, source)
+    problems: list[Diagnostic] = []
+    columns: dict[str, list[float]] = {column: [] for column in inputs}
+    for line, row in rows:
+        span = Span(line, 1, 1 + len(source.line(line)))
+        if len(row) != len(header):
+            message = f"{len(row)} fields in a row under a header of {len(header)}"
+            problems.append(Diagnostic("E613", message, span, source=source))
+            continue
+        for column in inputs:
+            number = _decimal(row[found[column]])
+            if number is None:
+                message = f"'{row[found[column]].strip()}' is not a decimal number (column '{column}')"
+                problems.append(Diagnostic("E614", message, span, source=source))
+            else:
+                columns[column].append(number)
+        if len(problems) >= 10:
+            break
+    if problems:
+        raise InvalidInput(problems)
+    extra = [field for field in header if field not in inputs]
+    warnings = []
+    if extra:
+        message = "columns that are no input are ignored: " + ", ".join(extra)
+        warnings.append(Diagnostic("W611", message, severity=Severity.WARNING, source=source))
+    return {column: np.asarray(numbers, dtype=np.float64) for column, numbers in columns.items()}, warnings
+
+
+def _columns(header: list[str], inputs: list[str], source: Source) -> dict[str, int]:
+    problems = []
+    for name in inputs:
+        if header.count(name) != 1:
+            what = "twice in the header" if name in header else "missing from the header"
+            problems.append(Diagnostic("E612", f"input '{name}' is {what}", Span(1, 1, 2), source=source))
+    if problems:
+        raise InvalidInput(problems)
+    return {name: header.index(name) for name in inputs}
+
+
+def _decimal(text: str) -> float | None:
+    """Return a finite decimal number, or None; spellings that only Python knows are refused."""
+    text = text.strip()
+    if not text.isascii() or "_" in text:
+        return None
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def write_csv(outputs: Mapping[str, NDArray[Any]]) -> str:
+    """Return outputs as CSV: the outputs, then `valid`, a row per sample, enough digits to round-trip."""
+    names = [name for name in outputs if name != "valid"]
+    out = io.StringIO(newline="")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*names, "valid"])
+    columns = [[repr(x) for x in outputs[name].tolist()] for name in names]
+    columns.append(["1" if ok else "0" for ok in outputs["valid"].tolist()])
+    writer.writerows(zip(*columns, strict=True))
+    return out.getvalue()

@@ -1,0 +1,121 @@
+"""The texts that the command line prints of a plan and of a simulation."""
+
+from __future__ import annotations
+
+import json
+
+from cordicc.emulate.accuracy import Comparison
+from cordicc.plan import Plan
+
+
+def _seconds(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns")):
+        if seconds * factor >= 1 or unit == "ns":
+            return f"{seconds * factor:.4g} {unit}"
+    raise AssertionError
+
+
+def _rows(rows: list[tuple[str, str]]) -> list[str]:
+    width = max(len(name) for name, _ in rows)
+    return [f"  {name:<{width}}  {text}" for name, text in rows]
+
+
+def plan_text(plan: Plan) -> str:
+    """Return the summary of a plan, ending in a newline."""
+    processors = plan.processors()
+    others = ", ".join(f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in processors)
+    operators = [o for o in plan.operations if o.kind not in processors and o.finish > o.start]
+    proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
+    rows = [
+        (
+            "processors",
+            f"{processors['total']} CAUs: {processors['standard']} standard, {processors['implicit']} implicit"
+            + (f" ({proven['processors']})" if processors["total"] else ""),
+        ),
+        ("operators", others or "none"),
+        (
+            "latency",
+            f"{plan.latency_cycles} cycles, {_seconds(plan.latency_seconds)} ({proven['latency']})",
+        ),
+        (
+            "CAU latency",
+            f"{plan.cau_cycles} cycles, {_seconds(plan.cau_cycles / plan.clock_hz)} on the longest chain of CAUs",
+        ),
+        *(
+            [("", f"{plan.latency_cycles - plan.cau_cycles} more cycles are adders, multipliers and waiting")]
+            if operators and plan.latency_cycles > plan.cau_cycles
+            else []
+        ),
+        (
+            "interval",
+            f"{plan.initiation_interval} cycle: {plan.clock_hz / plan.initiation_interval:.6g} samples/s",
+        ),
+        ("FIFO words", f"{plan.fifo_words} in {len(plan.fifos)} FIFOs ({proven['fifo_words']})"),
+    ]
+    lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
+    return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
+
+
+def _proven(plan: Plan, name: str) -> str:
+    if plan.optimal[name]:
+        return "proven optimal for these operations"
+    return f"at least {plan.bounds[name]}"
+
+
+def _figure(number: float | None) -> str:
+    return "-" if number is None else f"{number:.3g}"
+
+
+def _accuracy(plan: Plan) -> list[str]:
+    header = ("output", "largest error", "rms error", "bound")
+    table = [header]
+    for output in plan.problem["outputs"]:
+        figures = plan.accuracy[output["name"]]
+        unit = " rad" if output["angle"] else ""
+        seen = figures["observed"]
+        bound = "not derived" if figures["bound"] is None else _figure(figures["bound"]["value"])
+        table.append((output["name"], _figure(seen["max"]) + unit, _figure(seen["rms"]) + unit, bound))
+    return _table(table)
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def comparison_text(plan: Plan, comparison: Comparison) -> str:
+    """Return the summary of a simulation, ending in a newline."""
+    lines = [f"{plan.name} on {plan.target['name']}: {comparison.samples} samples, {comparison.valid} valid"]
+    if comparison.lost:
+        lines.append(f"  {comparison.lost} samples that the equations can do came out invalid")
+    if comparison.gained:
+        lines.append(f"  {comparison.gained} samples at the edge of the domain came out valid")
+    rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
+    for output in plan.problem["outputs"]:
+        seen = comparison.observed[output["name"]]
+        unit = " rad" if output["angle"] else ""
+        bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
+        bound_text = "not derived" if bound is None else _figure(bound["value"])
+        rows.append((output["name"], _figure(seen.max) + unit, _figure(seen.rms) + unit, bound_text))
+    return "\n".join([*lines, *_table(rows)]) + "\n"
+
+
+def comparison_json(plan: Plan, comparison: Comparison) -> str:
+    """Return the figures of a simulation as one JSON object, ending in a newline."""
+    data = {
+        "name": plan.name,
+        "target": plan.target["name"],
+        "samples": comparison.samples,
+        "valid": comparison.valid,
+        "lost": comparison.lost,
+        "gained": comparison.gained,
+        "accuracy": {
+            name: {
+                "bound": (plan.accuracy.get(name) or {}).get("bound"),
+                "observed": {"max": seen.max, "rms": seen.rms},
+            }
+            for name, seen in comparison.observed.items()
+        },
+    }
+    return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
