@@ -53,7 +53,9 @@ def main() -> None:
 @main.command("compile")
 @click.argument("file", type=_FILE)
 @click.option("-o", "--output", type=_FILE, help="Folder for the results.  [default: build/<name>]")
-@click.option("--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'.")
+@click.option(
+    "--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'."
+)
 @click.option(
     "--units",
     type=click.Choice(["auto", "standard", "implicit"]),
@@ -124,7 +126,9 @@ def compile_command(
 @main.command()
 @click.argument("plan", type=_FILE, metavar="PLAN|FILE")
 @click.option("--inputs", type=_FILE, metavar="IN.csv", help="Samples, under a header of input names.")
-@click.option("--random", "count", type=click.IntRange(1, 10_000_000), help="Draw so many samples.  [default: 10000]")
+@click.option(
+    "--random", "count", type=click.IntRange(1, 10_000_000), help="Draw so many samples.  [default: 10000]"
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the drawing.")
 @click.option("--outputs", type=_FILE, metavar="OUT.csv", help="Write the outputs and 'valid'.")
 @click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
@@ -209,7 +213,9 @@ def check(file: Path) -> None:
 
     problem, warnings = check_file(file)
     _tell(warnings)
-    counts = f"{len(problem.inputs)} inputs, {len(problem.equations)} equations, {len(problem.outputs)} outputs"
+    counts = (
+        f"{len(problem.inputs)} inputs, {len(problem.equations)} equations, {len(problem.outputs)} outputs"
+    )
     click.echo(f"{problem.name}: {counts}, no errors")
 
 
@@ -221,7 +227,7 @@ def targets(name: str | None) -> None:
 
     if name is not None:
         load_target(name)
-        click.echo(target_text(name), nl=False)
+        click.echo(target_text(name).text, nl=False)
         return
     shipped = [load_target(each) for each in shipped_targets()]
     width = max(len(target.name) for target in shipped)

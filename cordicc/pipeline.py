@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from cordicc.arith.intervals import Interval
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
+from cordicc.checks import check_domain, check_meaning, input_intervals, problem_data
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Unattainable
 from cordicc.emulate import accuracy, sampling
 from cordicc.emulate import functional as functional_run
@@ -19,9 +16,7 @@ from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
-from cordicc.ir.ranges import value_ranges
-from cordicc.ir.reference import evaluate
-from cordicc.ir.text import format_number, parse_graph, print_graph
+from cordicc.ir.text import parse_graph
 from cordicc.ir.verify import verify as verify_graph
 from cordicc.plan import Plan
 from cordicc.plan_json import dump
@@ -34,14 +29,8 @@ from cordicc.targets.model import Target, load_target
 DEFAULT_TARGET = "kinematic"
 DEFAULT_SAMPLES = 10_000
 DEFAULT_SEED = 0
-CHECK_SAMPLES = 1_000
-"""Samples on which `check` looks for inputs outside the domain."""
-
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
-
-_PROBES = 24
-"""Samples on which every rewriting is compared with the equations, besides its proofs."""
 
 Watch = Callable[[str, Graph], None]
 
@@ -65,10 +54,9 @@ class Compiled:
 
 def read_problem(path: Path) -> tuple[Problem, list[Diagnostic]]:
     """Read a problem and look for inputs outside the domain; the first stage, and all of `check`."""
-    problem, warnings = load_problem(path)
-    data = problem_data(problem, [])
-    samples = sampling.draw(data, CHECK_SAMPLES, DEFAULT_SEED)
-    return problem, [*warnings, *check_domain(problem, samples)]
+    loaded = load_problem(path)
+    problem = loaded.problem
+    return problem, [*loaded.warnings, *check_domain(problem)]
 
 
 def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
@@ -105,7 +93,7 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
 
 def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None = None) -> Graph:
     """Return the graph of unit operations that computes a problem's outputs."""
-    context = Context(_intervals(problem), goal)
+    context = Context(input_intervals(problem), goal)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:
@@ -116,7 +104,7 @@ def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None 
         if watch is not None:
             watch(step.name, graph)
     verify_graph(graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
-    _check_meaning(problem, graph)
+    check_meaning(problem, graph)
     return graph
 
 
@@ -135,13 +123,6 @@ def picture(plan: Plan, view: str) -> str:
     """Return the SVG of a view: datapath, schedule or graph."""
     views = {"datapath": datapath.render, "schedule": schedule_chart.render, "graph": graph_view.render}
     return views[view](plan)
-
-
-def _intervals(problem: Problem) -> dict[str, Interval]:
-    return {
-        spec.name: Interval(math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf))
-        for spec in problem.inputs
-    }
 
 
 def _implicit_allowed(units: str, target: Target) -> bool:
@@ -164,77 +145,6 @@ def _recorded(options: Options) -> dict[str, Any]:
     }
 
 
-def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, Any]:
-    """Return what a plan records of its problem: enough to simulate and to judge without the file."""
-    samples = problem.samples
-    return {
-        "name": problem.name,
-        "description": problem.description,
-        "inputs": [
-            {"name": i.name, "lo": format_number(i.lo), "hi": format_number(i.hi), "unit": i.unit}
-            for i in problem.inputs
-        ],
-        "constants": {name: format_number(value) for name, value in problem.constants.items()},
-        "equations": [{"target": e.target, "text": e.text} for e in problem.equations],
-        "outputs": [
-            {
-                "name": o.name,
-                "angle": o.is_angle,
-                "wrap": o.wrap,
-                "max_error": None if o.max_error is None else format_number(o.max_error),
-            }
-            for o in problem.outputs
-        ],
-        "program": print_graph(problem.graph),
-        "samples": None
-        if samples is None
-        else {"columns": {name: list(column) for name, column in samples.columns.items()}},
-        "warnings": [f"{w.code}: {w.message}" for w in warnings],
-    }
-
-
-def check_domain(problem: Problem, samples: Mapping[str, np.ndarray]) -> list[Diagnostic]:
-    """Look for inputs outside the domain of the equations.
-
-    Raises:
-        InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
-    """
-    ranges = value_ranges(problem.graph, _intervals(problem))
-    nowhere = [
-        problem.graph.nodes[index] for index, results in enumerate(ranges) if all(r is None for r in results)
-    ]
-    if nowhere:
-        line = next((e for e in problem.equations if e.target == nowhere[0].origin), None)
-        message = f"'{nowhere[0].op}' in the equation of '{nowhere[0].origin}' has no value for any input"
-        hint = None if line is None else f"line {line.line}: {line.text}"
-        raise InvalidInput([Diagnostic("E320", message, hint=hint)])
-    _, valid = evaluate(problem.graph, samples)
-    if bool(valid.all()):
-        return []
-    first = int(np.argmin(valid))
-    example = ", ".join(f"{name} = {column[first]:.6g}" for name, column in samples.items())
-    if not valid.any() and problem.samples is not None:
-        message = "every row of the samples is outside the domain of the equations"
-        raise InvalidInput([Diagnostic("E321", message, hint=f"for example {example}")])
-    outside = int((~valid).sum())
-    message = f"{outside} of {len(valid)} samples of the inputs are outside the domain of the equations"
-    return [Diagnostic("W320", message, None, f"for example {example}", Severity.WARNING)]
-
-
-def _check_meaning(problem: Problem, graph: Graph) -> None:
-    """Assert that the rewritten graph computes what the equations say, on a few samples."""
-    samples = sampling.draw(problem_data(problem, []), _PROBES, DEFAULT_SEED + 1)
-    exact, defined = evaluate(problem.graph, samples)
-    rewritten, kept = evaluate(graph, samples)
-    for output in problem.outputs:
-        difference = np.abs(exact[output.name] - rewritten[output.name])[defined & kept]
-        if output.is_angle:
-            difference = np.minimum(difference, np.abs(difference - math.tau))
-        scale = 1 + np.abs(exact[output.name][defined & kept])
-        assert np.all(difference <= 1e-9 * scale), f"rewriting changed output {output.name}"
-    assert np.array_equal(defined, kept), "rewriting changed which samples are valid"
-
-
 def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     """Run a plan on the default samples and record the errors that were seen.
 
@@ -255,9 +165,14 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
             "leave the number format or the domain of a unit"
         )
         if comparison.lost and not comparison.valid:
-            raise Unattainable([Diagnostic("E410", message, hint="choose another target or narrower input ranges")])
+            raise Unattainable(
+                [Diagnostic("E410", message, hint="choose another target or narrower input ranges")]
+            )
         warnings.append(Diagnostic("W410", message, None, "they are marked invalid", Severity.WARNING))
-    problem = {**plan.problem, "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)]}
+    problem = {
+        **plan.problem,
+        "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
+    }
     return replace(plan, accuracy=figures, problem=problem), warnings
 
 

@@ -41,7 +41,14 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "units": [{"id": u.id, "kind": u.kind, "latency": u.latency} for u in plan.units],
         "operations": [_operation(o) for o in plan.operations],
         "fifos": [
-            {"id": f.id, "value": f.value, "from": f.source, "to": list(f.sinks), "depth": f.depth, "width": f.width}
+            {
+                "id": f.id,
+                "value": f.value,
+                "from": f.source,
+                "to": list(f.sinks),
+                "depth": f.depth,
+                "width": f.width,
+            }
             for f in plan.fifos
         ],
         "fifo_words": plan.fifo_words,
@@ -117,7 +124,9 @@ def parse(text: str, name: str) -> Plan:
     except (ValueError, RecursionError) as error:
         raise refuse(f"not a plan: {_first_line(error)}") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise refuse("not a plan: the key 'format' is missing or different", "plans are written by 'cordicc compile'")
+        raise refuse(
+            "not a plan: the key 'format' is missing or different", "plans are written by 'cordicc compile'"
+        )
     if data.get("version") != VERSION:
         raise refuse(f"plan version {data.get('version')!r} is not supported", "compile the problem again")
     import jsonschema
@@ -171,7 +180,8 @@ def _plan(data: dict[str, Any]) -> Plan:
             for o in data["operations"]
         ),
         fifos=tuple(
-            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), f["depth"], f["width"]) for f in data["fifos"]
+            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), f["depth"], f["width"])
+            for f in data["fifos"]
         ),
         outputs={name: operand(item) for name, item in data["outputs"].items()},
         optimal=data["optimal"],

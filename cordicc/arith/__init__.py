@@ -1,1 +1,1 @@
-"""arith."""
+"""Numbers: formats, shift sequences, micro-rotations, the arithmetic units, and intervals."""

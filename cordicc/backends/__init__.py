@@ -1,1 +1,1 @@
-"""backends."""
+"""The artefacts of a plan, one module each, with `render(plan) -> str`."""

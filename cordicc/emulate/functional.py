@@ -93,11 +93,11 @@ def _evaluate(
 def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Return the samples to encode and which of them are in range.
 
-    `plan.problem["inputs"]` maps each input to its range, `lo` and `hi`, rounded to doubles here.
+    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`; the ends are rounded to doubles.
     Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
     the arithmetic never sees what it need not hold.
     """
-    ranges: Mapping[str, Mapping[str, str]] = plan.problem["inputs"]
+    ranges: dict[str, Mapping[str, str]] = {item["name"]: item for item in plan.problem["inputs"]}
     missing = [name for name in ranges if name not in inputs]
     if missing:
         raise ValueError(f"missing inputs: {', '.join(missing)}")

@@ -46,7 +46,7 @@ def _round(number: Any) -> Fraction:
         return Fraction(0)
     if abs(exponent + bits) > 1000:
         raise FoldError(_out_of_range(exponent > 0))
-    value = Fraction(mantissa) * Fraction(2) ** exponent
+    value = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)  # int: mpmath may use gmpy2
     return -value if sign else value
 
 
@@ -64,6 +64,7 @@ def _checked(number: Fraction) -> Fraction:
 
 
 PI: Fraction = _round(_MP.pi + 0)
+_LONG_PI = Fraction(int(_MP.floor(_MP.ldexp(_MP.pi, 2048))), 1 << 2048)
 DEG: Fraction = PI / 180
 
 
@@ -104,7 +105,7 @@ def _noise_free(result: Fraction, argument: Fraction) -> Fraction:
     near = Fraction(round(2 * result), 2)
     if near == 0 and abs(argument) < 1:
         return result
-    noise = min(_NOISE * max(1, abs(argument)), Fraction(1, 1 << 100))
+    noise = min(_NOISE * max(Fraction(1), abs(argument)), Fraction(1, 1 << 100))
     return near if abs(result - near) < noise else result
 
 
@@ -125,7 +126,7 @@ def _tan(x: Fraction) -> Fraction:
 def _within_one(x: Fraction, name: str) -> Fraction:
     if abs(x) > 1 + _NOISE:
         raise FoldError(f"{name} of a number outside [-1, 1]")
-    return max(Fraction(-1), min(Fraction(1), x))
+    return Fraction(_sign(x)) if abs(abs(x) - 1) < _NOISE else x
 
 
 def _asin(x: Fraction) -> Fraction:
@@ -145,7 +146,7 @@ def _atan2(y: Fraction, x: Fraction) -> Fraction:
 def _acosh(x: Fraction) -> Fraction:
     if x < 1 - _NOISE:
         raise FoldError("acosh of a number below 1")
-    return _round(_MP.acosh(_real(max(x, Fraction(1)))))
+    return Fraction(0) if x < 1 + _NOISE else _round(_MP.acosh(_real(x)))
 
 
 def _atanh(x: Fraction) -> Fraction:
@@ -182,14 +183,9 @@ def _sign(x: Fraction) -> Fraction:
 def _wrap(x: Fraction) -> Fraction:
     if -PI < x <= PI:
         return x
-    pi = PI if abs(x) < 1 << 64 else _round_to_fraction(_MP.pi + 0)
+    pi = PI if abs(x) < 1 << 64 else _LONG_PI
     turns = -((pi - x) // (2 * pi))
     return x - 2 * pi * turns
-
-
-def _round_to_fraction(number: Any) -> Fraction:
-    sign, mantissa, exponent, _ = number._mpf_
-    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
 
 
 def _guard(condition: str, a: Fraction, s: Fraction) -> Fraction:
@@ -215,7 +211,9 @@ def _solve(m: int, branch: str, A: Fraction, B: Fraction, C: Fraction) -> Fracti
             raise FoldError("the equation has no solution")
         return _log(C / B) * (1 if A == B else -1)
     if abs(A) > abs(B):
-        return _add(_checked(-_atanh(B / A)), _elementary("asinh")(C / _checked(_root(A * A - B * B)) * _sign(A)))
+        return _add(
+            _checked(-_atanh(B / A)), _elementary("asinh")(C / _checked(_root(A * A - B * B)) * _sign(A))
+        )
     if branch == "none":
         raise FoldError("the equation has two solutions and no branch")
     size = C / _checked(_root(B * B - A * A)) * _sign(B)

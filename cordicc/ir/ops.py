@@ -15,6 +15,8 @@ from enum import StrEnum
 
 
 class Level(StrEnum):
+    """The vocabulary an operation belongs to."""
+
     LEAF = "leaf"
     ARITHMETIC = "arithmetic"
     FUNCTION = "function"
@@ -23,63 +25,78 @@ class Level(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class OpDef:
-    """An operation: its operand count, the names of its parameters and of its results."""
+    """An operation: the names of its operand ports, of its parameters and of its results."""
 
     name: str
     level: Level
-    arity: int
-    params: tuple[str, ...] = ()
-    results: tuple[str, ...] = ("value",)
+    ports: tuple[str, ...]
+    params: tuple[str, ...]
+    results: tuple[str, ...]
+    meaning: str
     commutative: bool = False
     partial: bool = False
-    meaning: str = ""
+
+    @property
+    def arity(self) -> int:
+        """Return the number of operands."""
+        return len(self.ports)
 
 
-_LEAF, _ARITH, _FN, _UNIT = Level.LEAF, Level.ARITHMETIC, Level.FUNCTION, Level.UNIT
+def _op(name: str, level: str, ports: str, params: str, results: str, meaning: str, **flags: bool) -> OpDef:
+    names = tuple(results.split()) or ("value",)
+    return OpDef(name, Level(level), tuple(ports.split()), tuple(params.split()), names, meaning, **flags)
 
+
+# fmt: off
 _TABLE = (
-    OpDef("input", _LEAF, 0, ("name",), meaning="an input of the problem"),
-    OpDef("const", _LEAF, 0, ("value",), meaning="a rational constant"),
-    OpDef("add", _ARITH, 2, commutative=True, meaning="a + b"),
-    OpDef("sub", _ARITH, 2, meaning="a - b"),
-    OpDef("mul", _ARITH, 2, commutative=True, meaning="a b"),
-    OpDef("cmul", _ARITH, 1, ("factor",), meaning="factor * a, factor constant"),
-    OpDef("shift", _ARITH, 1, ("exponent",), meaning="a * 2**exponent"),
-    OpDef("neg", _ARITH, 1, meaning="-a"),
-    OpDef("abs", _ARITH, 1, meaning="|a|"),
-    OpDef("sign", _ARITH, 1, meaning="-1, 0 or 1"),
-    OpDef("min", _ARITH, 2, commutative=True, meaning="the smaller of a, b"),
-    OpDef("max", _ARITH, 2, commutative=True, meaning="the larger of a, b"),
-    OpDef("flip", _ARITH, 2, meaning="a if s >= 0 else -a"),
-    OpDef("select", _ARITH, 3, meaning="a if s >= 0 else b, for operands (s, a, b)"),
-    OpDef("guard", _ARITH, 2, ("condition",), partial=True, meaning="a, invalid unless s is any|nonzero|nonnegative|positive"),
-    OpDef("wrap", _ARITH, 1, meaning="a modulo 2 pi, in (-pi, pi]"),
-    OpDef("div", _FN, 2, partial=True, meaning="a / b"),
-    OpDef("pow", _FN, 1, ("exponent",), partial=True, meaning="a**exponent, exponent a multiple of 1/2"),
-    OpDef("sqrt", _FN, 1, partial=True),
-    OpDef("hypot", _FN, 2, commutative=True, meaning="sqrt(a**2 + b**2)"),
-    OpDef("sin", _FN, 1),
-    OpDef("cos", _FN, 1),
-    OpDef("tan", _FN, 1, partial=True),
-    OpDef("asin", _FN, 1, partial=True),
-    OpDef("acos", _FN, 1, partial=True),
-    OpDef("atan", _FN, 1),
-    OpDef("atan2", _FN, 2, partial=True, meaning="the angle of the vector (b, a)"),
-    OpDef("sinh", _FN, 1),
-    OpDef("cosh", _FN, 1),
-    OpDef("tanh", _FN, 1),
-    OpDef("asinh", _FN, 1),
-    OpDef("acosh", _FN, 1, partial=True),
-    OpDef("atanh", _FN, 1, partial=True),
-    OpDef("exp", _FN, 1),
-    OpDef("log", _FN, 1, partial=True),
-    OpDef("solve", _FN, 3, ("m", "branch"), partial=True, meaning="t with B cos t + A sin t = C (m=1; cosh, sinh for m=-1), operands (A, B, C)"),
-    OpDef("solve_pair", _FN, 6, partial=True, meaning="atan2(s, c) with B1 c + A1 s = C1, B2 c + A2 s = C2, operands (A1, B1, C1, A2, B2, C2)"),
-    OpDef("rotate", _UNIT, 3, ("m",), ("x", "y"), meaning="(x, y) turned by z: x C - m y S, y C + x S"),
-    OpDef("vector", _UNIT, 3, ("m", "sign"), ("norm", "angle"), partial=True, meaning="sqrt(x**2 + m y**2), z + sign * angle of (x, y); m=0: x, z + sign * y/x"),
-    OpDef("lightcone", _UNIT, 2, (), ("root", "angle"), partial=True, meaning="hyperbolic vectoring of x+y=u, x-y=v: sqrt(u v), log(u/v)/2"),
-    OpDef("implicit", _UNIT, 3, ("m", "branch"), ("angle", "rest"), partial=True, meaning="t of solve, and sqrt(A**2 + m B**2 - m C**2) >= 0"),
+    # name, level, operands, parameters, results, meaning
+    _op("input", "leaf", "", "name", "", "an input of the problem"),
+    _op("const", "leaf", "", "value", "", "a rational constant"),
+    _op("add", "arithmetic", "a b", "", "", "a + b", commutative=True),
+    _op("sub", "arithmetic", "a b", "", "", "a - b"),
+    _op("mul", "arithmetic", "a b", "", "", "a b", commutative=True),
+    _op("cmul", "arithmetic", "a", "factor", "", "factor * a, factor constant"),
+    _op("shift", "arithmetic", "a", "exponent", "", "a * 2**exponent"),
+    _op("neg", "arithmetic", "a", "", "", "-a"),
+    _op("abs", "arithmetic", "a", "", "", "|a|"),
+    _op("sign", "arithmetic", "a", "", "", "-1, 0 or 1"),
+    _op("min", "arithmetic", "a b", "", "", "the smaller of a, b", commutative=True),
+    _op("max", "arithmetic", "a b", "", "", "the larger of a, b", commutative=True),
+    _op("flip", "arithmetic", "a s", "", "", "a if s >= 0 else -a"),
+    _op("select", "arithmetic", "s a b", "", "", "a if s >= 0 else b"),
+    _op("guard", "arithmetic", "a s", "condition", "", "a; invalid unless s is any|nonzero|...", partial=True),
+    _op("wrap", "arithmetic", "a", "", "", "a modulo 2 pi, in (-pi, pi]"),
+    _op("div", "function", "a b", "", "", "a / b", partial=True),
+    _op("pow", "function", "a", "exponent", "", "a**exponent, a multiple of 1/2", partial=True),
+    _op("sqrt", "function", "a", "", "", "the square root", partial=True),
+    _op("hypot", "function", "a b", "", "", "sqrt(a**2 + b**2)", commutative=True),
+    _op("sin", "function", "a", "", "", "sine"),
+    _op("cos", "function", "a", "", "", "cosine"),
+    _op("tan", "function", "a", "", "", "tangent", partial=True),
+    _op("asin", "function", "a", "", "", "arc sine", partial=True),
+    _op("acos", "function", "a", "", "", "arc cosine", partial=True),
+    _op("atan", "function", "a", "", "", "arc tangent"),
+    _op("atan2", "function", "y x", "", "", "the angle of the vector (x, y)", partial=True),
+    _op("sinh", "function", "a", "", "", "hyperbolic sine"),
+    _op("cosh", "function", "a", "", "", "hyperbolic cosine"),
+    _op("tanh", "function", "a", "", "", "hyperbolic tangent"),
+    _op("asinh", "function", "a", "", "", "inverse hyperbolic sine"),
+    _op("acosh", "function", "a", "", "", "inverse hyperbolic cosine", partial=True),
+    _op("atanh", "function", "a", "", "", "inverse hyperbolic tangent", partial=True),
+    _op("exp", "function", "a", "", "", "exponential"),
+    _op("log", "function", "a", "", "", "natural logarithm", partial=True),
+    _op("solve", "function", "A B C", "m branch", "", "t: B cos t + A sin t = C (m=-1: cosh, sinh)", partial=True),
+    _op("solve_pair", "function", "A1 B1 C1 A2 B2 C2", "", "",
+        "atan2(s, c) with B1 c + A1 s = C1, B2 c + A2 s = C2", partial=True),
+    _op("rotate", "unit", "x y z", "m", "x y", "(x, y) turned by z: x C - m y S, y C + x S"),
+    _op("vector", "unit", "x y z", "m sign", "norm angle",
+        "sqrt(x**2 + m y**2), z + sign * angle of (x, y); m=0: x, z + sign * y/x", partial=True),
+    _op("lightcone", "unit", "u v", "", "root angle",
+        "hyperbolic vectoring of x+y=u, x-y=v: sqrt(u v), log(u/v)/2", partial=True),
+    _op("implicit", "unit", "A B C", "m branch", "angle rest",
+        "t as for solve, and sqrt(A**2 + m B**2 - m C**2)", partial=True),
 )
+# fmt: on
 
 OPS: dict[str, OpDef] = {definition.name: definition for definition in _TABLE}
 

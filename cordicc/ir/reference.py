@@ -29,9 +29,7 @@ _sub = lambda a, b: libmp.mpf_sub(a, b, *_WORKING)  # noqa: E731
 _mul = lambda a, b: libmp.mpf_mul(a, b, *_WORKING)  # noqa: E731
 
 
-def evaluate(
-    graph: Graph, inputs: Mapping[str, np.ndarray]
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Evaluate the outputs of a graph on samples.
 
     Args:

@@ -1,8 +1,8 @@
 """The printed form of a graph, which parses back to an equal graph.
 
-    %0 = input[name=x]
-    %1:2 = rotate[m=1](%0, %0, %0) @theta
-    output y = %1#1
+%0 = input[name=x]
+%1:2 = rotate[m=1](%0, %0, %0) @theta
+output y = %1#1
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ def print_graph(graph: Graph) -> str:
         definition = node.definition
         count = f":{len(definition.results)}" if len(definition.results) > 1 else ""
         params = ", ".join(
-            f"{name}={_format_param(param)}" for name, param in zip(definition.params, node.params, strict=True)
+            f"{name}={_format_param(param)}"
+            for name, param in zip(definition.params, node.params, strict=True)
         )
         operands = ", ".join(_format_value(graph, v) for v in node.operands)
         text = f"%{index}{count} = {node.op}"
@@ -113,7 +114,9 @@ def _parse_line(line: str, nodes: list[Node], outputs: dict[str, Value]) -> None
         if key != expected:
             raise ValueError(f"expected parameter '{expected}'")
         params.append(_parse_param(key, value))
-    operands = tuple(_parse_value(v, nodes) for v in match["operands"].split(", ")) if match["operands"] else ()
+    operands = (
+        tuple(_parse_value(v, nodes) for v in match["operands"].split(", ")) if match["operands"] else ()
+    )
     if len(operands) != definition.arity:
         raise ValueError(f"'{definition.name}' takes {definition.arity} operands")
     nodes.append(Node(definition.name, tuple(params), operands, match["origin"] or ""))

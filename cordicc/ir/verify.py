@@ -17,7 +17,9 @@ def verify(graph: Graph, levels: frozenset[Level] | None = None) -> None:
     for index, node in enumerate(graph.nodes):
         definition = OPS.get(node.op)
         assert definition is not None, f"%{index}: unknown operation {node.op}"
-        assert len(node.operands) == definition.arity, f"%{index}: {node.op} takes {definition.arity} operands"
+        assert len(node.operands) == definition.arity, (
+            f"%{index}: {node.op} takes {definition.arity} operands"
+        )
         assert len(node.params) == len(definition.params), f"%{index}: {node.op} parameters {node.params}"
         for value in node.operands:
             assert 0 <= value.node < index, f"%{index}: operand %{value.node} is not defined before"

@@ -208,7 +208,9 @@ class Algebra(Builder):
             return self.div(self.const(1), self.power(a, -exponent))
         if exponent.denominator == 2:
             root = self.apply("sqrt", (a,))[0]
-            return root if exponent.numerator == 1 else self.mul(self.power(a, exponent - Fraction(1, 2)), root)
+            return (
+                root if exponent.numerator == 1 else self.mul(self.power(a, exponent - Fraction(1, 2)), root)
+            )
         if exponent == 1:
             return a
         half = self.power(a, Fraction(exponent.numerator // 2))
@@ -228,12 +230,15 @@ class Algebra(Builder):
     def guard(self, a: Value, s: Value, condition: str) -> Value:
         """Return a, invalid where the condition on s fails."""
         number = self.constant(s)
-        holds = number is not None and {
-            "any": True,
-            "nonzero": number != 0,
-            "nonnegative": number >= 0,
-            "positive": number > 0,
-        }[condition]
+        holds = (
+            number is not None
+            and {
+                "any": True,
+                "nonzero": number != 0,
+                "nonnegative": number >= 0,
+                "positive": number > 0,
+            }[condition]
+        )
         if holds or (condition == "any" and not self.may_fail(s)):
             return a
         return self.emit("guard", (a, s), (condition,))

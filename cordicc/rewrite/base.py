@@ -11,6 +11,7 @@ from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.ranges import value_ranges
 from cordicc.rewrite.algebra import Algebra
 
+
 @dataclass(frozen=True, slots=True)
 class Context:
     """What a pass may rest on besides the graph: the range of each input and the user's goal."""

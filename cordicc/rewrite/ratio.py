@@ -33,7 +33,9 @@ def denominator(graph: Graph, value: Value) -> Value | None:
     return node.operands[1] if node.op == "div" else None
 
 
-def positive_ratio(builder: Algebra, value: Value, interval: Interval | None) -> tuple[Value, Value, Value | None]:
+def positive_ratio(
+    builder: Algebra, value: Value, interval: Interval | None
+) -> tuple[Value, Value, Value | None]:
     """Return (C, B, s) with value = C/B and B >= 0; `interval` encloses the denominator.
 
     Where the interval does not settle the sign, a run-time selection does, and s is the denominator,

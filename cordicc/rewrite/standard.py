@@ -41,7 +41,9 @@ class StandardChains:
         return transform(graph, rule)
 
 
-def _vector(builder: Algebra, m: int, x: Value, y: Value, z: Value | None = None, sign: int = 1) -> tuple[Value, ...]:
+def _vector(
+    builder: Algebra, m: int, x: Value, y: Value, z: Value | None = None, sign: int = 1
+) -> tuple[Value, ...]:
     return builder.apply("vector", (x, y, builder.const(0) if z is None else z), (m, sign))
 
 

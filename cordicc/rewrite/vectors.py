@@ -46,9 +46,8 @@ class Vectorings:
                     above, below_ = ratio(builder, operands[0])
                     return builder.apply("vector", (below_, above, builder.const(0)), (-1, 1))[1:]
                 case "log":
-                    node = builder.nodes[operands[0].node]
-                    parts = node.operands if node.op == "div" else (operands[0], builder.const(1))
-                    return (builder.scale(Fraction(2), builder.apply("lightcone", parts)[1]),)
+                    logarithm = builder.apply("lightcone", ratio(builder, operands[0]))[1]
+                    return (builder.scale(Fraction(2), logarithm),)
                 case "solve_pair":
                     return (_pair(builder, operands),)
             return None
@@ -114,7 +113,9 @@ def _root(site: Site, angles: dict[frozenset[Value], Legs]) -> Value:
                 return _length(site, first[1], second[1], angles)
             if first[0] != second_sign:
                 x, y = (first, second) if first[0] > 0 else (second, first)
-                return builder.apply("vector", (_new(site, x[1]), _new(site, y[1]), builder.const(0)), (-1, 1))[0]
+                return builder.apply(
+                    "vector", (_new(site, x[1]), _new(site, y[1]), builder.const(0)), (-1, 1)
+                )[0]
         chained = _chained_length(site, radicand, angles)
         if chained is not None:
             return chained
@@ -144,7 +145,12 @@ def _chained_length(site: Site, radicand: Node, angles: dict[frozenset[Value], L
         if inner.op != "add" or last is None or last[0] < 0:
             continue
         first, second = (_signed_square(graph, v) for v in inner.operands)
-        if first is None or second is None or isinstance(first[1], Fraction) or isinstance(second[1], Fraction):
+        if (
+            first is None
+            or second is None
+            or isinstance(first[1], Fraction)
+            or isinstance(second[1], Fraction)
+        ):
             continue
         if _key(graph, (first[1], second[1])) in angles:
             plane = _length(site, first[1], second[1], angles)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from cordicc.arith.machine import Arithmetic
 from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.ir.graph import Graph, Node, Param, Value
 from cordicc.ir.ops import Level
@@ -15,19 +16,7 @@ from cordicc.schedule.delays import delays
 from cordicc.schedule.fifo_lp import solve
 from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem, Sink, Task
 from cordicc.schedule.problem import Value as Wire
-from cordicc.targets.model import Target
-
-_KINDS = {
-    "add": ("add", "sub", "min", "max", "select", "wrap"),
-    "mul": ("mul",),
-    "cmul": ("cmul",),
-    "shift": ("shift",),
-    "sign": ("neg", "abs", "sign", "flip", "guard"),
-    "standard": ("rotate", "vector", "lightcone"),
-    "implicit": ("implicit",),
-}
-KIND_OF = {op: kind for kind, ops in _KINDS.items() for op in ops}
-"""The kind of unit that executes each operation of the graph."""
+from cordicc.targets.model import Target, function_name
 
 _SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 
@@ -81,7 +70,7 @@ def assemble(
                 )
             ]
         )
-    arithmetic = target.machine()
+    arithmetic = Arithmetic.from_spec(target.arithmetic)
     names = _names(graph)
     operations = [
         _operation(graph, index, names, target, arithmetic.format.constant_text) for index in sorted(names)
@@ -110,7 +99,7 @@ def assemble(
     return Plan(
         name=problem["name"],
         description=problem["description"],
-        target=target.embedded(),
+        target=_embedded(target),
         problem=dict(problem),
         options=dict(options),
         initiation_interval=1,
@@ -123,6 +112,17 @@ def assemble(
         optimal={"processors": True, **schedule.optimal},
         bounds={"processors": caus, **schedule.bounds},
     )
+
+
+def _embedded(target: Target) -> dict[str, Any]:
+    """Return what a plan keeps of its target: enough to run it without the target's file."""
+    return {
+        "name": target.name,
+        "description": target.description,
+        "clock_hz": target.clock_hz,
+        "angle_unit": target.angle_unit,
+        "arithmetic": target.arithmetic,
+    }
 
 
 def _solve(problem: SchedulingProblem, limits: Limits) -> Schedule:
@@ -178,7 +178,7 @@ def _operation(
     node: Node = graph.nodes[index]
     definition = node.definition
     params = {n: _plain(n, p, constant_text) for n, p in zip(definition.params, node.params, strict=True)}
-    kind = KIND_OF[node.op]
+    kind = target.kinds_for(function_name(node.op, params.get("m")))[0]
     used = graph.used_results()
     return Operation(
         id=names[index],

@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cordicc.plan import Fifo, Operation, Plan
-
-_CAU_KINDS = ("standard", "implicit")
+from cordicc.plan import CAU_KINDS, Fifo, Operation, Plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,7 @@ def verify(plan: Plan) -> None:
     _unique("unit", (unit.id for unit in plan.units))
     _unique("FIFO", (fifo.id for fifo in plan.fifos))
     named = (name for operation in plan.operations for name in operation.results if name)
-    _unique("value", [*plan.problem["inputs"], *named])
+    _unique("value", [*_inputs(plan), *named])
     for operation in plan.operations:
         _check_operation(plan, operation)
     _check_slots(plan)
@@ -97,7 +95,7 @@ def _check_uses(plan: Plan, uses: dict[str, _Use]) -> None:
         )
     taken = {use.value for use in uses.values()}
     for name in ready:
-        _require(name in taken or name in plan.problem["inputs"], f"nobody takes '{name}'")
+        _require(name in taken or name in _inputs(plan), f"nobody takes '{name}'")
     _check_acyclic(plan)
 
 
@@ -181,7 +179,7 @@ def _check_sums(plan: Plan) -> None:
 
 def _cau_cycles(plan: Plan) -> int:
     """Return the largest sum of CAU stages on any path."""
-    longest = dict.fromkeys(plan.problem["inputs"], 0)
+    longest = dict.fromkeys(_inputs(plan), 0)
     todo = list(plan.operations)
     best = 0
     while todo:
@@ -191,7 +189,7 @@ def _cau_cycles(plan: Plan) -> int:
             if any(name not in longest for name in taken):
                 rest.append(operation)
                 continue
-            own = operation.finish - operation.start if operation.kind in _CAU_KINDS else 0
+            own = operation.finish - operation.start if operation.kind in CAU_KINDS else 0
             total = own + max((longest[name] for name in taken), default=0)
             best = max(best, total)
             longest.update((name, total) for name in operation.results if name)
@@ -199,16 +197,20 @@ def _cau_cycles(plan: Plan) -> int:
     return best
 
 
+def _inputs(plan: Plan) -> list[str]:
+    return [item["name"] for item in plan.problem["inputs"]]
+
+
 def _sources(plan: Plan) -> dict[str, str]:
     """Return the producing operation of every value, an input being its own source."""
-    found = {name: name for name in plan.problem["inputs"]}
+    found = {name: name for name in _inputs(plan)}
     found.update((name, o.id) for o in plan.operations for name in o.results if name)
     return found
 
 
 def _ready(plan: Plan) -> dict[str, int]:
     """Return the cycle from which each value is usable."""
-    found = dict.fromkeys(plan.problem["inputs"], 0)
+    found = dict.fromkeys(_inputs(plan), 0)
     found.update((name, o.finish) for o in plan.operations for name in o.results if name)
     return found
 

@@ -1,1 +1,1 @@
-"""targets."""
+"""Targets: the hardware a plan is made for."""

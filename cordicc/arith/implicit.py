@@ -1,0 +1,152 @@
+"""The implicit mode of a unit: B cos t + A sin t = C, or with cosh and sinh, solved by one rotation.
+
+The start vector (x, y) = (A, B) is turned until y = C; the angle turned is t, and x ends at
+sqrt(A^2 + m B^2 - m C^2).  Whether there is a solution shows at the end: y reaches C or it does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.arith.blocks import (
+    MANTISSA_BITS,
+    ZERO_EXPONENT,
+    Int64,
+    Scaled,
+    joined,
+    normalise,
+    shifted,
+    to_float,
+    unpack,
+)
+from cordicc.arith.formats import FloatArray
+from cordicc.arith.kernels import Integers, quarter_turn
+from cordicc.arith.reduction import ANGLE_BITS, compensated, ln2_multiple, sum_and_difference
+from cordicc.arith.sequences import StepTable, pi_fixed
+
+Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
+
+TOLERANCE = 32
+"""Largest |y - C| at the end of a solved equation, in internal units (2^-29 of the block)."""
+
+_LOG_BITS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class ImplicitTable:
+    """A kernel, its constants, and whether it needs the first turn by +-90 degrees."""
+
+    kernel: Kernel
+    steps: StepTable
+    quarter_turns: bool
+
+
+def circular(
+    branch: str, operands: list[FloatArray], table: ImplicitTable, fraction_bits: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return t = atan2(A, B) +- acos(C/R) in (-2 pi, 2 pi], not wrapped, and sqrt(R^2 - C^2).
+
+    Branch "-" has x >= 0 at the end.  With psi the angle of (A, B), t is the target angle less psi, up to
+    a turn: a start with A < 0 is negated, which adds pi to psi, and its t counted from -pi is the
+    formula's own value.  Branch "+" is the mirror image: -A for A and -t for t.
+    """
+    A, B, C = operands
+    half_turn = pi_fixed(ANGLE_BITS)
+    (x, y, target), exponent = joined((unpack(A), unpack(B), unpack(C)), fraction_bits)
+    if branch == "+":
+        np.negative(x, out=x)
+        # A = 0 > B must give atan2(0, B) = +pi, which the mirror image would turn into -pi.
+        negated = (A > 0) | ((A == 0) & (B < 0))
+    else:
+        negated = A < 0
+    side = np.where(negated, -1, 1)
+    x *= side
+    y *= side
+    z = np.where(negated, -half_turn, 0)
+    if table.quarter_turns:
+        x, y, z = quarter_turn(x, y, target, z, (half_turn + 1) >> 1)
+    x, y, target, z = table.kernel(x, y, target, z, table.steps)
+    if branch == "+":
+        z = -z
+    solved = np.abs(y - target) <= TOLERANCE
+    solved &= (A != 0) | (B != 0)
+    return _results(solved, z, Scaled(x, exponent), table.steps)
+
+
+def hyperbolic(
+    branch: str, operands: list[FloatArray], table: ImplicitTable, fraction_bits: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return t with B cosh t + A sinh t = C, and sqrt(A^2 - B^2 + C^2).
+
+    With E = e^t, p = (B+A)/2, q = (B-A)/2 the equation is p E + q/E = C.  Made C >= 0 by negation, and
+    mirrored (A, t to -A, -t) where needed, the solution is always E = N/(2p) with p > 0 and
+    N = C + sqrt(C^2 - 4 p q), which lies in [M, 2.42 M] for M = max(C, 2 sqrt|p q|).  So the logarithms
+    of p, q and C to a few bits give k = log2 E within 1.3; p 2^k and q 2^-k leave a solution within
+    0.9, inside the domain of the iterations.
+    """
+    A, B, C = operands
+    negated = np.where(C < 0, -1, 1)
+    a, b, c = unpack(A * negated), unpack(B * negated), unpack(C * negated)
+    p, q = sum_and_difference(b, a, fraction_bits)  # twice p and q of the docstring
+    p_positive, q_positive = p.mantissa > 0, q.mantissa > 0
+    both = p_positive & q_positive
+    mirrored = ~p_positive if branch != "-" else ~p_positive | q_positive
+    possible = np.where(mirrored, q_positive, p_positive)
+    if branch == "none":
+        possible &= ~both
+    p, q = _swapped(p, q, mirrored)
+    doublings = _estimate(p, q, c)
+    p = Scaled(p.mantissa, p.exponent + doublings)
+    q = Scaled(q.mantissa, np.where(q.mantissa == 0, ZERO_EXPONENT, q.exponent - doublings))
+    twice_c = Scaled(c.mantissa, c.exponent + 1)
+    x, y, target, exponent = _vector_of(p, q, twice_c, fraction_bits)
+    x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps)
+    z += ln2_multiple(doublings)
+    z *= np.where(mirrored, -1, 1)
+    possible &= np.abs(y - target) <= TOLERANCE
+    possible &= (c.mantissa != 0) | (q.mantissa != 0)
+    return _results(possible, z, Scaled(x, exponent - 1), table.steps)
+
+
+def _results(
+    solved: NDArray[np.bool_], angle: Int64, rest: Scaled, steps: StepTable
+) -> tuple[FloatArray, FloatArray]:
+    mantissa = np.maximum(rest.mantissa, 0)
+    root = to_float(compensated(mantissa, rest.exponent, steps))
+    radians = np.ldexp(angle.astype(np.float64), -ANGLE_BITS)
+    return np.where(solved, radians, np.nan), np.where(solved, root, np.nan)
+
+
+def _swapped(p: Scaled, q: Scaled, where: NDArray[np.bool_]) -> tuple[Scaled, Scaled]:
+    first = Scaled(np.where(where, q.mantissa, p.mantissa), np.where(where, q.exponent, p.exponent))
+    second = Scaled(np.where(where, p.mantissa, q.mantissa), np.where(where, p.exponent, q.exponent))
+    return first, second
+
+
+def _estimate(twice_p: Scaled, twice_q: Scaled, c: Scaled) -> Int64:
+    """Return log2 of N/(2p) to the nearest integer, within 0.8 more."""
+    log_p, log_q, log_c = _log2(twice_p), _log2(twice_q), _log2(c)
+    log_n = np.maximum(log_c, (log_p + log_q) >> 1)
+    middle = 5 << (_LOG_BITS - 3)  # 0.625: N is M times 1 to 2.42
+    log_e = log_n - log_p + (middle + (1 << (_LOG_BITS - 1)))
+    doublings: Int64 = np.clip(log_e >> _LOG_BITS, -1024, 1024)
+    return doublings
+
+
+def _log2(number: Scaled) -> Int64:
+    """Return log2 |number| with `_LOG_BITS`, from the leading bits (J. N. Mitchell, 1962): up to 0.09 low."""
+    top = normalise(Scaled(np.abs(number.mantissa), number.exponent), _LOG_BITS + 1)
+    return ((top.exponent + _LOG_BITS) << _LOG_BITS) + top.mantissa - (1 << _LOG_BITS)
+
+
+def _vector_of(p: Scaled, q: Scaled, c: Scaled, bits: int) -> tuple[Int64, Int64, Int64, Int64]:
+    """Return (p - q, p + q, c) as a block below 1, with `bits` fraction bits, and its exponent."""
+    sizes = [p.exponent + bits, q.exponent + bits, c.exponent + MANTISSA_BITS]
+    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2]) + 1
+    exponent = largest - bits
+    first, second, target = (shifted(n.mantissa, exponent - n.exponent) for n in (p, q, c))
+    return first - second, first + second, target, exponent

@@ -1,0 +1,151 @@
+"""The micro-rotations, one function an iteration kind, on arrays of integers.
+
+Coordinates are integers with any common number of fraction bits, angles with the `angle_bits` of the
+table.  The functions run unchanged on int64 arrays and on object arrays of Python integers; they
+return new arrays.  Every shift rounds half up: half of the last place is added before an arithmetic
+shift.  sgn(0) = +1 throughout.
+
+Width: a coordinate never exceeds the start's norm times the gain (below 4, if the start's components
+are at most 1) plus one unit a step, so 29 fraction bits need 32-bit mantissas; the product in
+`_scaled` is then below 2^61.  The rule of the implicit kernels and its proof are in the comments there.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.arith.sequences import FACTOR_BITS, StepTable
+
+Integers = NDArray[Any]
+
+
+def shift_round(value: Integers, shift: int) -> Integers:
+    """Return value / 2^shift rounded half up, in a new array."""
+    if shift <= 0:
+        return value << -shift
+    result = value + (1 << (shift - 1))
+    result >>= shift
+    return result
+
+
+def _sign(value: Integers) -> Integers:
+    """Return -1 where value < 0, else +1, as integers of the same type."""
+    return np.where(value < 0, -1, 1).astype(value.dtype, copy=False)
+
+
+def rotate(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Integers, Integers, Integers]:
+    """Turn (x, y) by z: Walther's rotation mode, z driven to 0 (vector stretched by the gain)."""
+    x, y, z = x.copy(), y.copy(), z.copy()
+    for shift, angle in zip(table.shifts, table.angles, strict=True):
+        direction = _sign(z)
+        _turn(table.m, x, y, direction, shift)
+        direction *= angle
+        z -= direction
+    return x, y, z
+
+
+def vector(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Integers, Integers, Integers]:
+    """Turn (x, y), x >= 0, until y = 0: Walther's vectoring mode; z gains the angle of (x, y)."""
+    x, y, z = x.copy(), y.copy(), z.copy()
+    for shift, angle in zip(table.shifts, table.angles, strict=True):
+        direction = _sign(~y)  # -sgn(y), with sgn(0) = +1
+        _turn(table.m, x, y, direction, shift)
+        direction *= angle
+        z -= direction
+    return x, y, z
+
+
+def _turn(m: int, x: Integers, y: Integers, direction: Integers, shift: int) -> None:
+    """Apply one standard micro-rotation in place."""
+    step_y = shift_round(x, shift)
+    step_y *= direction
+    if m:
+        step_x = shift_round(y, shift)
+        step_x *= direction
+        if m > 0:
+            x -= step_x
+        else:
+            x += step_x
+    y += step_y
+
+
+def implicit(
+    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable
+) -> tuple[Integers, Integers, Integers, Integers]:
+    """Turn (x, y) until y is the target and x >= 0, by standard micro-rotations.
+
+    The target is scaled by each step's true gain, so every comparison is with the true norm.  Circular:
+    the remaining angle must be within the sum of the angles (99.9 degrees); see `quarter_turn`.
+
+    Returns:
+        x, y, the scaled target, and z plus the angle turned.
+    """
+    x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
+    for shift, angle, factor in zip(table.shifts, table.angles, table.target_factors, strict=True):
+        direction = _towards(table.m, x, y, target)
+        _turn(table.m, x, y, direction, shift)
+        if factor:
+            target += shift_round(target * factor, FACTOR_BITS)
+        direction *= angle
+        z += direction
+    return x, y, target, z
+
+
+def implicit_root_free(
+    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable
+) -> tuple[Integers, Integers, Integers, Integers]:
+    """Turn (x, y) until y is the target and x >= 0, by root-free double rotations.
+
+    x' = (1 - m h^2) x - 2 m s h y, y' = (1 - m h^2) y + 2 s h x, target' = (1 + m h^2) target, h = 2^-S.
+    Results as of `implicit`.
+    """
+    m = table.m
+    x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
+    for shift, angle in zip(table.shifts, table.angles, strict=True):
+        direction = _towards(m, x, y, target)
+        step_x = shift_round(y, shift - 1)
+        step_x *= direction
+        step_x += shift_round(x, 2 * shift)
+        step_y = shift_round(x, shift - 1)
+        step_y *= direction
+        if m > 0:
+            step_y -= shift_round(y, 2 * shift)
+            x -= step_x
+            target += shift_round(target, 2 * shift)
+        else:
+            step_y += shift_round(y, 2 * shift)
+            x += step_x
+            target -= shift_round(target, 2 * shift)
+        y += step_y
+        direction *= angle
+        z += direction
+    return x, y, target, z
+
+
+def _towards(m: int, x: Integers, y: Integers, target: Integers) -> Integers:
+    """Return the direction towards the point with y = target and x >= 0.
+
+    Where x >= 0, y grows with the angle, so the comparison of y and target is that of the angles.
+    Where x < 0 the vector has overshot and turns back: towards +x on the circle, along the branch of
+    the hyperbola.
+    """
+    back = ~y if m > 0 else y
+    return _sign(np.where(x < 0, back, target - y))
+
+
+def quarter_turn(
+    x: Integers, y: Integers, target: Integers, z: Integers, quarter: int
+) -> tuple[Integers, Integers, Integers]:
+    """Turn a vector with x >= 0 by +-90 degrees where y and the target differ in sign.
+
+    Then at most 90 degrees remain to the target.  `quarter` is pi/2 in the unit of z.
+    """
+    up = (target >= 0) & (y < 0)
+    down = (target < 0) & (y >= 0)
+    turned_x = np.where(up, -y, np.where(down, y, x))
+    turned_y = np.where(up, x, np.where(down, -x, y))
+    turn = up.astype(np.int64) - down.astype(np.int64)
+    return turned_x, turned_y, z + turn.astype(z.dtype, copy=False) * quarter

@@ -1,0 +1,190 @@
+"""Shift sequences with their angles, gains and convergence domains, computed in this one place.
+
+m is the coordinate system: 1 circular, 0 linear, -1 hyperbolic.  The micro-rotation with shift S turns
+by alpha = atan 2^-S, 2^-S or atanh 2^-S and stretches by sqrt(1 + m 2^-2S) (J. S. Walther, 1971); the
+root-free one turns by 2 alpha (m = 0: 2 * 2^-S) and stretches by 1 + m 2^-2S (Krieger and Hosticka, 1996).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from mpmath import MPContext
+
+_PRECISION_BITS = 160
+_mp = MPContext()
+_mp.prec = _PRECISION_BITS
+
+KRIEGER96_SHIFTS = (1, 1, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17)
+"""Krieger and Hosticka 1996, tables 2 and 3: the circular sequence of 22 root-free iterations."""
+
+KRIEGER96_ETA = (1, 1, -1, 1, 1, 0, 0, 1, 1, 0, 0, 1, -1, 1, -1, 1, -1, 1, 0, 1, -1, 1)
+"""Their scaling: after iteration i the vector is multiplied by 1 - eta(i) 2^-2S(i)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """A shift sequence: coordinate system, shifts, whether root-free, and scaling digits if any."""
+
+    name: str
+    m: int
+    shifts: tuple[int, ...]
+    root_free: bool = False
+    eta: tuple[int, ...] = ()
+
+    @property
+    def gain(self) -> float:
+        """Factor by which all iterations together stretch the norm, without scaling."""
+        return float(exact_gain(self))
+
+    @property
+    def domain(self) -> float:
+        """Largest angle in radians (ratio for m = 0) that the iterations reach, last angle included."""
+        angles = [exact_angle(self.m, s, self.root_free) for s in self.shifts]
+        return float(sum(angles) + angles[-1])
+
+    @property
+    def resolution(self) -> float:
+        """The last angle: the largest error of z, or of the direction, without rounding."""
+        return float(exact_angle(self.m, self.shifts[-1], self.root_free))
+
+    @property
+    def converges(self) -> bool:
+        """Whether each angle is at most the sum of the later ones plus the last."""
+        angles = [exact_angle(self.m, s, self.root_free) for s in self.shifts]
+        rest = angles[-1]
+        for angle in reversed(angles):
+            if angle > rest * (1 + _mp.mpf(2) ** -100):
+                return False
+            rest += angle
+        return True
+
+
+@dataclass(frozen=True, slots=True)
+class StepTable:
+    """The constants of a kernel as integers.
+
+    `angles` have `angle_bits` fraction bits; `target_factors` are sqrt(1 + m 2^-2S) - 1, with
+    `FACTOR_BITS` fraction bits; `inverse_gain` is 1/gain with `GAIN_BITS` fraction bits.
+    """
+
+    m: int
+    shifts: tuple[int, ...]
+    angles: tuple[int, ...]
+    target_factors: tuple[int, ...]
+    inverse_gain: int
+
+
+FACTOR_BITS = 30
+GAIN_BITS = 30
+
+
+def circular_shifts(count: int) -> tuple[int, ...]:
+    """Return 0, 1, 2, ..., `count` of them."""
+    return tuple(range(count))
+
+
+def hyperbolic_shifts(count: int) -> tuple[int, ...]:
+    """Return 1, 2, 3, 4, 4, 5, ..., `count` of them; 4, 13, 40, ... occur twice (Walther)."""
+    shifts: list[int] = []
+    shift, repeat = 1, 4
+    while len(shifts) < count:
+        shifts.append(shift)
+        if shift == repeat:
+            shifts.append(shift)
+            repeat = 3 * repeat + 1
+        shift += 1
+    return tuple(shifts[:count])
+
+
+def standard(m: int, iterations: int) -> Sequence:
+    """Return Walther's sequence for a coordinate system."""
+    shifts = hyperbolic_shifts(iterations) if m == -1 else circular_shifts(iterations)
+    return Sequence({1: "circular", 0: "linear", -1: "hyperbolic"}[m], m, shifts)
+
+
+def root_free(m: int, iterations: int) -> Sequence:
+    """Return the sequence of double rotations that need no scaling of the vector, each shift once.
+
+    The circular one starts at S = 0, a rotation by 90 degrees with factor 2; hyperbolic ones repeat
+    4, 13, 40 as the standard sequence does.
+    """
+    shifts = hyperbolic_shifts(iterations) if m == -1 else circular_shifts(iterations)
+    return Sequence({1: "root-free", -1: "root-free-hyperbolic"}[m], m, shifts, root_free=True)
+
+
+def krieger96() -> Sequence:
+    """Return the paper's circular sequence with its scaling digits."""
+    return Sequence("krieger96", 1, KRIEGER96_SHIFTS, root_free=True, eta=KRIEGER96_ETA)
+
+
+def shipped(iterations: int = 30) -> tuple[Sequence, ...]:
+    """Return every named sequence."""
+    walther = tuple(standard(m, iterations) for m in (1, 0, -1))
+    return (*walther, root_free(1, iterations), root_free(-1, iterations), krieger96())
+
+
+def exact_angle(m: int, shift: int, double: bool) -> Any:
+    """Return the angle of one micro-rotation as a 160-bit number."""
+    h = _mp.ldexp(_mp.mpf(1), -shift)
+    angle = {1: _mp.atan, 0: lambda t: t, -1: _mp.atanh}[m](h)
+    return 2 * angle if double else angle
+
+
+def exact_gain(sequence: Sequence) -> Any:
+    """Return the product of the stretch factors as a 160-bit number."""
+    gain = _mp.mpf(1)
+    for shift in sequence.shifts:
+        square = 1 + sequence.m * _mp.ldexp(_mp.mpf(1), -2 * shift)
+        gain *= square if sequence.root_free else _mp.sqrt(square)
+    return gain
+
+
+def exact_scaling(sequence: Sequence) -> Any:
+    """Return the product of 1 - eta 2^-2S, which should be 1/gain, as a 160-bit number."""
+    scaling = _mp.mpf(1)
+    for shift, eta in zip(sequence.shifts, sequence.eta, strict=True):
+        scaling *= 1 - eta * _mp.ldexp(_mp.mpf(1), -2 * shift)
+    return scaling
+
+
+def fixed(value: Any, fraction_bits: int) -> int:
+    """Return a real number with a number of fraction bits, rounded to nearest."""
+    return int(_mp.nint(_mp.ldexp(_mp.mpf(value), fraction_bits)))
+
+
+@cache
+def step_table(sequence: Sequence, angle_bits: int) -> StepTable:
+    """Return the integer constants of a sequence for a kernel."""
+    m = sequence.m
+    one = _mp.mpf(1)
+    factors = tuple(fixed(_mp.sqrt(1 + m * _mp.ldexp(one, -2 * s)) - 1, FACTOR_BITS) for s in sequence.shifts)
+    angles = tuple(fixed(exact_angle(m, s, sequence.root_free), angle_bits) for s in sequence.shifts)
+    return StepTable(m, sequence.shifts, angles, factors, fixed(1 / exact_gain(sequence), GAIN_BITS))
+
+
+@cache
+def pi_fixed(fraction_bits: int) -> int:
+    """Return pi with a number of fraction bits."""
+    return fixed(+_mp.pi, fraction_bits)
+
+
+@cache
+def ln2_fixed(fraction_bits: int) -> int:
+    """Return ln 2 with a number of fraction bits."""
+    return fixed(+_mp.ln2, fraction_bits)
+
+
+@cache
+def inverse_ln2_fixed(fraction_bits: int) -> int:
+    """Return 1/ln 2 with a number of fraction bits."""
+    return fixed(1 / _mp.ln2, fraction_bits)
+
+
+def turn_fixed(exponent: int, fraction_bits: int) -> int:
+    """Return 2^exponent / (2 pi), the turns of that many radians, with a number of fraction bits."""
+    wide = MPContext()
+    wide.prec = max(64, exponent + fraction_bits + 32)
+    return int(wide.nint(wide.ldexp(1 / (2 * wide.pi), exponent + fraction_bits)))

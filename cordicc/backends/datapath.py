@@ -1,0 +1,73 @@
+"""The datapath picture: units, FIFOs and wires, time from left to right."""
+
+from __future__ import annotations
+
+from cordicc.backends import labels, wiring
+from cordicc.backends.diagram import Diagram, frame
+from cordicc.backends.layout import arrange, compact, forced_layers
+from cordicc.backends.shapes import Shape, fifo_shape, name_shape, operation_shape, output_text
+from cordicc.plan import Plan
+
+Slot = tuple[int, int]
+"""A cycle and a place within it: operations without latency come before those that take time."""
+
+_LATE = 1 << 20
+
+
+def render(plan: Plan) -> str:
+    """Return the datapath as SVG."""
+    slots = _slots(plan)
+    names = sorted(set(slots.values()))
+    wished = {box: names.index(slot) for box, slot in slots.items()}
+    nets = wiring.nets(plan)
+    arcs = [(net.source.box, sink.box) for net in nets for sink in net.sinks]
+    layers = compact(forced_layers(wished, arcs))
+    shapes = _shapes(plan, layers)
+    layout = arrange([shape.box for shape in shapes], nets)
+    ticks: dict[int, int] = {}
+    for box, (cycle, _) in sorted(slots.items(), key=lambda item: item[1]):
+        if not box.startswith("in."):
+            ticks.setdefault(cycle, layers[box])
+    diagram = Diagram(
+        shapes, layout, {layout.columns[layer][0]: str(cycle) for cycle, layer in ticks.items()}
+    )
+    return frame(plan, "Datapath", "dp", diagram, "start cycle")
+
+
+def _slots(plan: Plan) -> dict[str, Slot]:
+    """Give each box its cycle.  A FIFO stands in the last column before the one it feeds."""
+    slots: dict[str, Slot] = {f"in.{name}": (-1, 0) for name in wiring.input_names(plan)}
+    instant = {op.id: op.start for op in plan.operations if op.finish <= op.start}
+    starts = sorted({op.start for op in plan.operations if op.id not in instant})
+    for operation in plan.operations:
+        slots[f"op.{operation.id}"] = (operation.start, 0 if operation.id in instant else _LATE)
+    for fifo_id, (begin, end) in labels.spans(plan).items():
+        columns = [cycle for cycle in starts if begin <= cycle < end]
+        slots[f"fifo.{fifo_id}"] = (columns[-1] if columns else begin, _LATE)
+    for name in plan.outputs:
+        slots[f"out.{name}"] = (plan.latency_cycles, 2 * _LATE)
+    nets = wiring.nets(plan)
+    chains = [
+        (net.source.box, sink.box)
+        for net in nets
+        for sink in net.sinks
+        if slots[net.source.box][0] == slots[sink.box][0] and slots[sink.box][1] < _LATE
+    ]
+    depths = forced_layers({f"op.{name}": 0 for name in instant}, chains)
+    return slots | {box: (slots[box][0], depth) for box, depth in depths.items()}
+
+
+def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
+    about = {str(item["name"]): item for item in plan.problem.get("inputs", [])}
+    shapes = []
+    for name in wiring.input_names(plan):
+        item = about.get(name, {})
+        unit = f" {item['unit']}" if item.get("unit") else ""
+        tip = f"input {name}: {item.get('lo', '?')} to {item.get('hi', '?')}{unit}"
+        shapes.append(name_shape(f"in.{name}", "input", name, tip, layers[f"in.{name}"]))
+    shapes += [operation_shape(item, layers[f"op.{item.id}"]) for item in plan.operations]
+    shapes += [fifo_shape(item, layers[f"fifo.{item.id}"]) for item in plan.fifos]
+    for name, operand in plan.outputs.items():
+        text, tip = output_text(name, operand), f"output {name}: {labels.operand(operand)}"
+        shapes.append(name_shape(f"out.{name}", "output", text, tip, layers[f"out.{name}"]))
+    return shapes

@@ -1,0 +1,171 @@
+"""Words and symbols for what a plan holds, shared by the pictures and the report."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from cordicc.plan import Fifo, Operand, Operation, Plan
+
+SYMBOLS = {
+    "add": "+", "sub": "−", "mul": "×", "neg": "−1×", "abs": "|a|", "sign": "sgn", "min": "min", "max": "max",
+    "flip": "±", "select": "sel", "guard": "ok?", "wrap": "mod 2π", "vector": "vector", "rotate": "rotate",
+    "lightcone": "light cone", "implicit": "implicit",
+}  # fmt: skip
+KIND_ORDER = ("standard", "implicit", "mul", "cmul", "add", "shift", "sign")
+CAU_KINDS = ("standard", "implicit")
+
+
+def kind_rank(kind: str) -> tuple[int, str]:
+    """Return the sort key of a unit kind: CAUs first, kinds of a user's target last."""
+    return (KIND_ORDER.index(kind) if kind in KIND_ORDER else len(KIND_ORDER), kind)
+
+
+def constant(text: str) -> str:
+    """Write a constant of the plan to six significant digits; text of another form stays."""
+    try:
+        value = float.fromhex(text) if "0x" in text.lower() else float(Fraction(text))
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return text
+    return f"{value:.6g}".replace("-", "−")
+
+
+def operand(item: Operand) -> str:
+    """Write an operand: the value's name or the constant as it is."""
+    return str(item.value if item.value is not None else item.constant)
+
+
+def symbol(operation: Operation) -> str:
+    """Return the short sign of an operation, its constants included."""
+    if operation.op == "cmul":
+        return "× " + constant(str(operation.params.get("factor", "k")))
+    if operation.op == "shift":
+        return _shift(str(operation.params.get("exponent", "")))
+    base = SYMBOLS.get(operation.op, operation.op)
+    fixed = [None if item.constant is None else constant(item.constant) for item in operation.operands]
+    if len(fixed) == 2 and any(fixed):
+        return _with_constant(operation.op, base, *fixed)
+    return base
+
+
+def _with_constant(op: str, base: str, first: str | None, second: str | None) -> str:
+    """Write a two-operand operation with a constant operand; a + -c becomes - c."""
+    if op == "sub" and second is None:
+        return f"{first} − a"
+    number = second if second is not None else str(first)
+    if op in ("add", "sub") and number.startswith("−"):
+        return f"{'+' if op == 'sub' else '−'} {number[1:]}"
+    return f"{base} {number}" if op in ("add", "sub", "mul", "min", "max") else base
+
+
+def _shift(exponent: str) -> str:
+    try:
+        places = int(exponent)
+    except ValueError:
+        return "shift"
+    return f"<< {places}" if places >= 0 else f">> {-places}"
+
+
+def function(operation: Operation) -> str:
+    """Say what an operation does, constants of small operations included."""
+    words = operation.mode or operation.op
+    extra = symbol(operation)
+    if operation.kind in CAU_KINDS or not operation.params or extra == words:
+        return words
+    condition = operation.params.get("condition")
+    return f"{words}: {condition if condition is not None else extra}"
+
+
+def cycles(operation: Operation) -> str:
+    """Write start and finish."""
+    if operation.start == operation.finish:
+        return f"cycle {operation.start}"
+    return f"cycles {operation.start}–{operation.finish}"
+
+
+def operation_tip(operation: Operation) -> str:
+    """Return the tooltip of an operation."""
+    ports = [
+        f"{port} = {operand(item)}" for port, item in zip(operation.ports, operation.operands, strict=False)
+    ]
+    params = [f"{name} = {value}" for name, value in sorted(operation.params.items())]
+    lines = [
+        f"{operation.id}: {function(operation)} on {operation.unit}",
+        f"equation: {operation.equation}",
+        cycles(operation),
+        "operands: " + ", ".join(ports),
+        "results: " + ", ".join(name or "not used" for name in operation.results),
+    ]
+    return "\n".join([*lines, *(["parameters: " + ", ".join(params)] if params else [])])
+
+
+def fifo_tip(fifo: Fifo) -> str:
+    """Return the tooltip of a FIFO."""
+    return (
+        f"{fifo.id}: {fifo.value}, {fifo.depth} words of {fifo.width} bits\n"
+        f"from {fifo.source}\nto {', '.join(fifo.sinks)}"
+    )
+
+
+def clock_hz(plan: Plan) -> float | None:
+    """Return the target's clock, None if the plan has none."""
+    value = plan.target.get("clock_hz")
+    return float(value) if isinstance(value, (int, float)) and value > 0 else None
+
+
+def seconds(count: float, clock: float) -> str:
+    """Write a time of `count` cycles with a fitting unit."""
+    time = count / clock
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if time >= scale:
+            return f"{time / scale:.4g} {unit}"
+    return f"{time / 1e-9:.4g} ns" if time else "0"
+
+
+def headline(plan: Plan) -> str:
+    """Return target, latency, CAU count and initiation interval in one line."""
+    kinds = [unit.kind for unit in plan.units]
+    counts = [f"{kinds.count(kind)} {kind}" for kind in CAU_KINDS if kind in kinds]
+    total = sum(kind in CAU_KINDS for kind in kinds)
+    clock = clock_hz(plan)
+    time = f" ({seconds(plan.latency_cycles, clock)})" if clock else ""
+    parts = [
+        str(plan.target.get("name", "")),
+        f"{total} CAU{'' if total == 1 else 's'}" + (f" ({', '.join(counts)})" if counts else ""),
+        f"latency {plan.latency_cycles} cycles{time}",
+        f"initiation interval {plan.initiation_interval}",
+        f"{sum(fifo.depth for fifo in plan.fifos)} FIFO words",
+    ]
+    return " · ".join(part for part in parts if part)
+
+
+def spans(plan: Plan) -> dict[str, tuple[int, int]]:
+    """Return the cycles in which each FIFO segment takes and hands on a value.
+
+    The end is the start of the operations it feeds, the plan's latency for an output, or, if it only
+    feeds another segment, its depth after the begin.
+    """
+    operations = {operation.id: operation for operation in plan.operations}
+    by_id = {fifo.id: fifo for fifo in plan.fifos}
+    found: dict[str, tuple[int, int]] = {}
+
+    def span(fifo: Fifo, seen: tuple[str, ...]) -> tuple[int, int]:
+        if fifo.id not in found:
+            begin = 0
+            if fifo.source in operations:
+                begin = operations[fifo.source].finish
+            elif fifo.source in by_id and fifo.source not in seen:
+                begin = span(by_id[fifo.source], (*seen, fifo.source))[1]
+            ends = [operations[name].start for name in map(_owner, fifo.sinks) if name in operations]
+            if any(_owner(sink) == "out" and sink not in by_id for sink in fifo.sinks):
+                ends.append(plan.latency_cycles)
+            end = min(ends, default=begin + fifo.depth * plan.initiation_interval)
+            found[fifo.id] = (begin, max(begin, end))
+        return found[fifo.id]
+
+    for fifo in plan.fifos:
+        span(fifo, (fifo.id,))
+    return found
+
+
+def _owner(sink: str) -> str:
+    return sink.partition(".")[0]

@@ -1,0 +1,381 @@
+"""A problem file to a `Problem`: every mistake in it is reported at once."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.frontend.equations import Defined, define_equations, parse_equations
+from cordicc.frontend.lexer import ExpressionError
+from cordicc.frontend.lower import emit
+from cordicc.frontend.reading import (
+    check_keys,
+    check_name,
+    entry,
+    read_boolean,
+    read_constant,
+    read_mapping,
+    read_text,
+    wanted,
+)
+from cordicc.frontend.samples import Assumptions, check_assumptions, read_assumptions, read_samples
+from cordicc.frontend.scope import MAX_ERRORS, Scope, did_you_mean
+from cordicc.frontend.syntax import names, parse_expression
+from cordicc.frontend.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
+from cordicc.frontend.zero import ZeroTest
+from cordicc.ir.graph import Builder, Graph, Value
+from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
+
+KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume")
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedProblem:
+    """A valid problem, the warnings about it, and its text."""
+
+    problem: Problem
+    warnings: tuple[Diagnostic, ...]
+    source: Source
+
+
+def load_problem(path: str | os.PathLike[str]) -> LoadedProblem:
+    """Read a problem file.
+
+    Raises InvalidInput with all the errors of the file, ordered by place.
+    """
+    file = Path(path)
+    source, bom = _read_source(file)
+    return _parse(source, file.parent, bom)
+
+
+def parse_problem(source: Source, base: Path | None = None) -> LoadedProblem:
+    """Return the problem of a text; samples are looked up in `base`.  Raises InvalidInput."""
+    return _parse(source, base, False)
+
+
+def _read_source(file: Path) -> tuple[Source, bool]:
+    """Return the text of a file, and whether a byte order mark was removed from it."""
+    name = str(file)
+
+    def fail(code: str, message: str, hint: str | None = None, source: Source | None = None) -> InvalidInput:
+        return InvalidInput([Diagnostic(code, message, None, hint, source=source or Source(name, ""))])
+
+    try:
+        if file.is_dir():
+            raise fail("E100", "this is a directory, not a problem file")
+        with file.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise fail("E100", "there is no such file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise fail("E100", f"the file cannot be read: {reason}") from None
+    if len(data) > MAX_BYTES:
+        raise fail("E100", f"the file is larger than {MAX_BYTES >> 20} MiB")
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise fail("E100", "the file is UTF-16", "save it as UTF-8")
+    bom = data.startswith(b"\xef\xbb\xbf")
+    data = data[3:] if bom else data
+    try:
+        return Source(name, data.decode("utf-8")), bom
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = len(data[data.rfind(b"\n", 0, error.start) + 1 : error.start].decode("utf-8", "replace")) + 1
+        source = Source(name, data.decode("utf-8", "replace"))
+        span = Span(line, column, column + 1)
+        message = f"the file is not UTF-8: byte 0x{data[error.start]:02X}"
+        raise InvalidInput([Diagnostic("E100", message, span, "save it as UTF-8", source=source)]) from None
+
+
+def _parse(source: Source, base: Path | None, bom: bool) -> LoadedProblem:
+    report = Report(source)
+    if bom:
+        report.warning("W101", "the byte order mark at the start of the file is ignored")
+    root = read_tree(source, report)
+    if root is None:
+        raise InvalidInput(report.ordered())
+    problem = _Loader(Places(source), report, base).load(root)
+    if report.failed or problem is None:
+        shown = report.ordered()[:MAX_ERRORS]
+        if len(report.diagnostics) >= MAX_ERRORS:
+            shown.append(Diagnostic("E299", f"only the first {MAX_ERRORS} errors are shown", source=source))
+        raise InvalidInput(shown)
+    return LoadedProblem(problem, tuple(report.ordered()), source)
+
+
+class _Loader:
+    def __init__(self, places: Places, report: Report, base: Path | None) -> None:
+        self.places = places
+        self.report = report
+        self.base = base
+        self.scope = Scope(Builder(), report)
+        self.constants: dict[str, Fraction] = {}
+        self.inputs: list[InputSpec] = []
+        self.failed_inputs: set[str] = set()
+
+    def full(self) -> bool:
+        return len(self.report.diagnostics) >= MAX_ERRORS
+
+    def load(self, root: YamlNode) -> Problem | None:
+        if root.kind is not NodeKind.MAPPING:
+            hint = "it has the keys " + ", ".join(KEYS)
+            self.report.error("E202", wanted("a problem file", "a mapping", root), root.span, hint)
+            return None
+        check_keys(root, KEYS, self.report)
+        parts = {key.value: value for key, value in root.pairs}
+        name = self.read_name(parts.get("name"))
+        description = parts.get("description")
+        about = (read_text(description, "'description'", self.report) or "") if description else ""
+        self.read_constants(parts.get("constants"), parts.get("inputs"))
+        self.read_inputs(parts.get("inputs"), root)
+        ranges = {spec.name: (float(spec.lo), float(spec.hi)) for spec in self.inputs}
+        defined = self.read_equations(parts.get("equations"), root, ranges)
+        outputs, values = self.read_outputs(parts.get("outputs"), defined)
+        samples, assumptions = self.read_facts(parts, defined)
+        if self.report.failed:
+            return None
+        self.warn_unused(defined, outputs, assumptions)
+        return Problem(
+            name, about.strip(), self.constants, tuple(self.inputs), tuple(defined.equations), outputs,
+            self.scope.builder.build(values), samples, assumptions.items, assumptions.graph,
+        )  # fmt: skip
+
+    def read_name(self, node: YamlNode | None) -> str:
+        if node is None or node.is_null:
+            stem = re.sub(r"[^\w.+-]", "_", Path(self.report.source.name if self.report.source else "").stem)
+            return stem.lstrip(".") or "problem"
+        text = read_text(node, "'name'", self.report)
+        if text is not None and (
+            not text.strip() or len(text) > 100 or text.startswith(".") or re.search(r"[/\\\x00-\x1f]", text)
+        ):
+            hint = "use letters, digits, '-' and '_'"
+            self.report.error("E202", "the name must be usable as the name of a folder", node.span, hint)
+        return text or ""
+
+    def read_constants(self, node: YamlNode | None, inputs: YamlNode | None) -> None:
+        if node is None:
+            return
+        pairs = read_mapping(node, "'constants'", "write 'name: number' lines", self.report)
+        if inputs is not None:
+            self.scope.outside = {key.value: "an input" for key, _ in inputs.pairs}
+        self.scope.later = {key.value: (key.span.line, _uses(value)) for key, value in reversed(pairs)}
+        for key, value in pairs:
+            if self.full():
+                return
+            if not check_name(key, self.scope):
+                continue
+            number = read_constant(value, f"the constant '{key.value}'", self.scope, self.places)
+            self.scope.later.pop(key.value, None)
+            constant = None if number is None else self.scope.builder.const(number)
+            self.scope.define(key.value, constant, key.span.line)
+            if number is not None:
+                self.constants[key.value] = number
+        self.scope.outside, self.scope.later = {}, {}
+
+    def read_inputs(self, node: YamlNode | None, root: YamlNode) -> None:
+        form = "write 'name: [low, high]' lines"
+        if node is None:
+            self.report.error("E208", "'inputs' is missing", root.span, form)
+            return
+        pairs = read_mapping(node, "'inputs'", form, self.report)
+        if not pairs and not self.report.failed:
+            self.report.error("E208", "there are no inputs", node.span, form)
+        self.scope.outside = {key.value: "an input" for key, _ in pairs if key.value not in self.scope.lines}
+        specs: list[tuple[YamlNode, InputSpec | None]] = []
+        for key, value in pairs:
+            if self.full():
+                break
+            if check_name(key, self.scope):
+                specs.append((key, self.read_input(key.value, value)))
+        self.scope.outside = {}
+        for key, spec in specs:
+            # an input without a valid range is an input nevertheless: its uses are fine
+            self.scope.define(key.value, self.scope.builder.input(key.value), key.span.line)
+            if spec is not None:
+                self.inputs.append(spec)
+
+    def read_input(self, name: str, node: YamlNode) -> InputSpec | None:
+        unit = None
+        span_node: YamlNode | None = node
+        if node.kind is NodeKind.MAPPING:
+            check_keys(node, ("range", "unit"), self.report)
+            unit_node, span_node = entry(node, "unit"), entry(node, "range")
+            unit = read_text(unit_node, "'unit'", self.report) if unit_node is not None else None
+            if span_node is None:
+                self.report.error("E208", f"the input '{name}' has no range", node.span)
+                return None
+        assert span_node is not None
+        if span_node.kind is not NodeKind.SEQUENCE or len(span_node.items) != 2:
+            message = f"the range of '{name}' must be [low, high]"
+            self.report.error("E211", message, span_node.span, "every input needs a closed range")
+            return None
+        lo, hi = (
+            read_constant(item, f"an end of the range of '{name}'", self.scope, self.places)
+            for item in span_node.items
+        )
+        if lo is None or hi is None:
+            return None
+        if lo > hi:
+            message = f"the range of '{name}' is empty: {_shown(lo)} > {_shown(hi)}"
+            self.report.error("E211", message, span_node.span)
+            return None
+        return InputSpec(name, lo, hi, unit)
+
+    def read_equations(
+        self, node: YamlNode | None, root: YamlNode, ranges: Mapping[str, tuple[float, float]]
+    ) -> Defined:
+        if node is None:
+            self.report.error("E208", "'equations' is missing", root.span)
+            return Defined()
+        all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
+        parsed = parse_equations(node, self.places, self.report)
+        return define_equations(parsed, self.scope, ZeroTest(self.scope.builder, all_ranges))
+
+    def read_outputs(
+        self, node: YamlNode | None, defined: Defined
+    ) -> tuple[tuple[OutputSpec, ...], dict[str, Value]]:
+        listed: list[tuple[str, YamlNode | None, YamlNode | None]]
+        if node is None or node.is_null:
+            used = {name for target, uses in defined.uses.items() for name in uses if name != target}
+            listed = [(name, None, None) for name in defined.uses if name not in used]
+        else:
+            listed = [(key.value, key, options) for key, options in self.listed_outputs(node)]
+        specs: dict[str, OutputSpec] = {}
+        values: dict[str, Value] = {}
+        for name, key, options in listed:
+            if self.full():
+                break
+            if key is not None and not self.is_output(key, specs, defined):
+                continue
+            spec = self.read_output(name, options, defined)
+            specs[name] = spec
+            value = self.scope.values.get(name)
+            if value is not None:
+                self.scope.builder.origin = name
+                values[name] = emit(self.scope.builder, "wrap", [value]) if spec.wrap else value
+        return tuple(specs.values()), values
+
+    def listed_outputs(self, node: YamlNode) -> list[tuple[YamlNode, YamlNode | None]]:
+        if node.kind is NodeKind.SCALAR:
+            hint = "write '[name, name]'"
+            self.report.error("E202", wanted("'outputs'", "a list or a mapping", node), node.span, hint)
+            return []
+        if node.size == 1:
+            self.report.error("E208", "there are no outputs", node.span)
+        if node.kind is NodeKind.MAPPING:
+            return list(node.pairs)
+        found: list[tuple[YamlNode, YamlNode | None]] = []
+        for item in node.items:
+            if item.kind is NodeKind.SCALAR and not item.is_null:
+                found.append((item, None))
+            else:
+                hint = "options need the form 'outputs: {name: {max_error: 1e-5}}'"
+                self.report.error("E202", wanted("an output", "a name", item), item.span, hint)
+        return found
+
+    def is_output(self, key: YamlNode, specs: Mapping[str, OutputSpec], defined: Defined) -> bool:
+        name = key.value
+        if name in specs:
+            self.report.error("E214", f"the output '{name}' is listed twice", key.span)
+            return False
+        if name in defined.uses:
+            return True
+        if name in self.scope.lines:
+            hint = "only what an equation defines can be an output"
+        else:
+            hint = did_you_mean(name, defined.uses) or "no equation defines that name"
+        if name not in self.scope.later:
+            self.report.error("E213", f"unknown output '{name[:60]}'", key.span, hint)
+        return False
+
+    def read_output(self, name: str, options: YamlNode | None, defined: Defined) -> OutputSpec:
+        is_angle = _is_angle(name, defined)
+        wrap, max_error = True, None
+        if options is not None:
+            form = "write '{max_error: 1e-5}' or '{wrap: false}'"
+            read_mapping(options, f"the options of '{name}'", form, self.report)
+            check_keys(options, ("max_error", "wrap"), self.report)
+            wrap_node, error_node = entry(options, "wrap"), entry(options, "max_error")
+            if wrap_node is not None:
+                wrap = read_boolean(wrap_node, "'wrap'", self.report) is not False
+                if not is_angle and name in defined.forms and self.scope.values.get(name) is not None:
+                    message = f"'{name}' is not an angle: 'wrap' has no effect"
+                    self.report.warning("W104", message, wrap_node.span)
+            if error_node is not None:
+                max_error = read_constant(error_node, "'max_error'", self.scope, self.places)
+                if max_error is not None and max_error <= 0:
+                    self.report.error("E215", "'max_error' must be greater than 0", error_node.span)
+        return OutputSpec(name, is_angle, is_angle and wrap, max_error)
+
+    def read_facts(
+        self, parts: Mapping[str, YamlNode], defined: Defined
+    ) -> tuple[SampleTable | None, Assumptions]:
+        """Return the samples and the assumptions, checked against one another."""
+        samples = None
+        if (node := parts.get("samples")) is not None:
+            samples = read_samples(node, self.base, self.inputs, self.report)
+        if (node := parts.get("assume")) is None or node.is_null:
+            return samples, Assumptions((), Graph((), {}))
+        scope = Scope(Builder(), self.report)
+        scope.outside = dict.fromkeys(defined.uses, "defined by an equation")
+        known = [name for name in self.scope.lines if name not in defined.uses]
+        for name in known:
+            number = self.constants.get(name)
+            failed = number is None and self.scope.values[name] is None
+            value = scope.builder.input(name) if number is None else scope.builder.const(number)
+            scope.define(name, None if failed else value, self.scope.lines[name])
+        assumptions, spans = read_assumptions(node, scope, self.places)
+        if samples is not None and not self.report.failed:
+            check_assumptions(assumptions, spans, samples, self.report)
+        return samples, assumptions
+
+    def warn_unused(
+        self, defined: Defined, outputs: tuple[OutputSpec, ...], assumptions: Assumptions
+    ) -> None:
+        todo = [spec.name for spec in outputs]
+        needed = set(todo)
+        while todo:
+            fresh = defined.uses.get(todo.pop(), frozenset()) - needed
+            needed |= fresh
+            todo.extend(fresh)
+        for equation in defined.equations:
+            if equation.target not in needed:
+                message = f"'{equation.target}' is not needed for any output"
+                self.report.warning("W102", message, defined.spans[equation.target])
+        for spec in self.inputs:
+            if spec.name not in needed:
+                line = self.scope.lines[spec.name]
+                message = f"the input '{spec.name}' is not used"
+                self.report.warning("W103", message, Span(line, 1, 2))
+
+
+def _uses(node: YamlNode) -> frozenset[str]:
+    """Return the names in a constant's expression, none if it is malformed."""
+    try:
+        return frozenset(n.name for n in names(parse_expression(node.value)))
+    except ExpressionError:
+        return frozenset()
+
+
+def _shown(number: Fraction) -> str:
+    return f"{float(number):.12g}"
+
+
+def _is_angle(output: str, defined: Defined) -> bool:
+    """Return whether an integer multiple of an inverse circular function takes part in the sum."""
+    multiples = {output: Fraction(1)}
+    for equation in reversed(defined.equations):
+        multiple = multiples.pop(equation.target, Fraction(0))
+        form = defined.forms[equation.target]
+        if multiple == 0:
+            continue
+        if any(k * multiple and (k * multiple).denominator == 1 for k in form.angles):
+            return True
+        for name, k in form.names.items():
+            multiples[name] = multiples.get(name, Fraction(0)) + k * multiple
+    return False

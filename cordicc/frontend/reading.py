@@ -1,0 +1,90 @@
+"""Small helpers to read typed things from YAML nodes, with diagnostics."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+
+from cordicc.diagnostics import Report
+from cordicc.frontend.lexer import ExpressionError
+from cordicc.frontend.lower import lower
+from cordicc.frontend.scope import Scope, Text, did_you_mean
+from cordicc.frontend.syntax import parse_expression
+from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_BOOLEANS = {"true": True, "false": False}
+
+
+def wanted(what: str, form: str, node: YamlNode) -> str:
+    """Return the message that something has the wrong type."""
+    return f"{what} must be {form}, not {node.described}"
+
+
+def entry(node: YamlNode, key: str) -> YamlNode | None:
+    """Return the value of a key of a mapping, None if it is absent."""
+    return next((value for k, value in node.pairs if k.value == key), None)
+
+
+def check_keys(node: YamlNode, known: Sequence[str], report: Report) -> None:
+    """Report the keys of a mapping that are not known."""
+    for key, _ in node.pairs:
+        if key.value not in known:
+            hint = did_you_mean(key.value, known) or "the keys are " + ", ".join(known)
+            report.error("E201", f"unknown key '{key.value}'", key.span, hint)
+
+
+def read_mapping(node: YamlNode, what: str, form: str, report: Report) -> list[tuple[YamlNode, YamlNode]]:
+    """Return the pairs of a mapping; empty after a diagnostic, or for nothing at all."""
+    if node.is_null:
+        return []
+    if node.kind is not NodeKind.MAPPING:
+        report.error("E202", wanted(what, "a mapping", node), node.span, form)
+        return []
+    return list(node.pairs)
+
+
+def read_text(node: YamlNode, what: str, report: Report) -> str | None:
+    """Return a text; None after a diagnostic."""
+    if node.kind is not NodeKind.SCALAR:
+        report.error("E202", wanted(what, "a text", node), node.span)
+        return None
+    return node.value
+
+
+def read_boolean(node: YamlNode, what: str, report: Report) -> bool | None:
+    """Return true or false; None after a diagnostic."""
+    value = _BOOLEANS.get(node.value.lower()) if node.kind is NodeKind.SCALAR and node.plain else None
+    if value is None:
+        report.error("E202", f"{what} must be true or false", node.span)
+    return value
+
+
+def check_name(key: YamlNode, scope: Scope) -> bool:
+    """Report whether a key can be defined as a name."""
+    if not NAME.fullmatch(key.value):
+        hint = "a name is made of the letters A-Z a-z, digits and '_', and starts with no digit"
+        scope.report.error("E207", f"'{key.value[:60]}' is not a name", key.span, hint)
+        return False
+    return scope.check_new(key.value, key.span, key.span.line)
+
+
+def read_constant(node: YamlNode, what: str, scope: Scope, places: Places) -> Fraction | None:
+    """Return the number of a constant expression; None after a diagnostic."""
+    if node.kind is not NodeKind.SCALAR or node.is_null:
+        scope.report.error("E202", wanted(what, "a number or constant expression", node), node.span)
+        return None
+    text = Text(node, places)
+    try:
+        expr = parse_expression(node.value)
+    except ExpressionError as error:
+        text.report(scope.report, error)
+        return None
+    value = lower(expr, scope, text)
+    if value is None:
+        return None
+    number = scope.builder.constant(value)
+    if number is None:
+        scope.report.error("E212", f"{what} must be constant", text.span(expr.at))
+    return number

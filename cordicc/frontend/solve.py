@@ -1,0 +1,184 @@
+"""Equations in an unknown: coefficients of its cosine and sine, read off structurally.
+
+Both sides become polynomials in (cos t, sin t), or (cosh t, sinh t), with graph values as
+coefficients; sin**2 is replaced, and what is left besides 1, cos and sin has to vanish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cordicc.diagnostics import Span
+from cordicc.frontend.lexer import ExpressionError
+from cordicc.frontend.lower import emit
+from cordicc.frontend.polynomial import Coefficients, Expander, Poly
+from cordicc.frontend.scope import Scope, Text
+from cordicc.frontend.syntax import Place, Relation, names
+from cordicc.frontend.zero import ZeroTest, cone
+from cordicc.ir.fold import FoldError
+from cordicc.ir.graph import Param, Value
+
+
+@dataclass(frozen=True, slots=True)
+class SolveRequest:
+    """One or two equations, the unknown, and the branch as written (None if absent)."""
+
+    equations: Sequence[tuple[Relation, Text]]
+    unknown: str
+    branch: str | None
+    span: Span
+    branch_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class _Linear:
+    """A cos t + sin t equation: B cos t + A sin t = C."""
+
+    A: Value
+    B: Value
+    C: Value
+
+
+def solve(request: SolveRequest, scope: Scope, zeros: ZeroTest) -> tuple[Value, int] | None:
+    """Return the value of the unknown and the coordinate system (1 circular, -1 hyperbolic).
+
+    None after diagnostics.
+    """
+    maths = Coefficients(scope.builder)
+    systems: set[int] = set()
+    found: list[_Linear] = []
+    failed = False
+    for relation, text in request.equations:
+        expander = Expander(scope, text, request.unknown, maths)
+        try:
+            linear = _linear(relation, expander, zeros)
+        except ExpressionError as error:
+            text.report(scope.report, error)
+            linear = None
+        except FoldError as error:
+            scope.report.error("E209", str(error), text.span(relation.at))
+            linear = None
+        if linear is None:
+            failed = True
+            continue
+        systems.add(expander.system or 1)
+        found.append(linear)
+    if failed:
+        return None
+    if len(found) == 2:
+        return _pair(request, scope, zeros, maths, found, systems)
+    return _single(request, scope, maths, found[0], systems.pop())
+
+
+def _linear(relation: Relation, expander: Expander, zeros: ZeroTest) -> _Linear | None:
+    unknown, maths = expander.unknown, expander.maths
+    sides = [relation.left, relation.right]
+    if not any(name.name == unknown for side in sides for name in names(side)):
+        raise ExpressionError("E305", f"the unknown '{unknown}' does not occur in the equation", *relation.at)
+    left, right = (expander.expand(side) for side in sides)
+    if left is None or right is None:
+        return None
+    difference = maths.add(left, right, -1)
+    cosine, sine = ("cos", "sin") if expander.system != -1 else ("cosh", "sinh")
+    for powers, value in difference.items():
+        if powers not in ((0, 0), (1, 0), (0, 1)) and not maths.vanishes(value, zeros):
+            raise _not_linear(relation.at, unknown, powers, cosine, sine)
+    zero = maths.builder.const(0)
+    B, A = (
+        zero if maths.vanishes(v, zeros) else v
+        for v in (difference.get((1, 0), zero), difference.get((0, 1), zero))
+    )
+    if zero == A and zero == B:
+        message = f"no unknown left: the coefficients of {cosine}({unknown}) and {sine}({unknown}) are both 0"
+        raise ExpressionError("E304", message, *relation.at)
+    # the constant side is taken right minus left, which spares two negations
+    constant = maths.add(_constant(right), _constant(left), -1)
+    return _Linear(A, B, constant.get((0, 0), zero))
+
+
+def _constant(poly: Poly) -> Poly:
+    return {k: v for k, v in poly.items() if k == (0, 0)}
+
+
+def _not_linear(at: Place, unknown: str, powers: tuple[int, int], cosine: str, sine: str) -> ExpressionError:
+    parts = [
+        f"{name}({unknown})" + (f"**{power}" if power > 1 else "")
+        for name, power in zip((cosine, sine), powers, strict=True)
+        if power
+    ]
+    message = f"the equation is not linear in {cosine}({unknown}) and {sine}({unknown})"
+    return ExpressionError("E302", f"{message}: {'*'.join(parts)} does not cancel", *at)
+
+
+def _single(
+    request: SolveRequest, scope: Scope, maths: Coefficients, linear: _Linear, system: int
+) -> tuple[Value, int] | None:
+    hint = 'write branch: "+" or branch: "-"'
+    if request.branch not in (None, "+", "-"):
+        scope.report.error("E307", "the branch must be '+' or '-'", request.branch_span, hint)
+        return None
+    if request.branch is None and system == 1:
+        message = f"the equation has two solutions for '{request.unknown}': a branch is required"
+        scope.report.error("E307", message, request.span, hint)
+        return None
+    constant = _with_domain(maths, linear.C, [linear.A, linear.B, linear.C])
+    operands = (linear.A, linear.B, constant)
+    value = _emitted("solve", operands, (system, request.branch or "none"), request, scope)
+    return None if value is None else (value, system)
+
+
+def _pair(
+    request: SolveRequest,
+    scope: Scope,
+    zeros: ZeroTest,
+    maths: Coefficients,
+    found: list[_Linear],
+    systems: set[int],
+) -> tuple[Value, int] | None:
+    report = scope.report
+    if request.branch is not None:
+        message = "a pair of equations has one solution and takes no branch"
+        report.error("E307", message, request.branch_span, "remove 'branch'")
+        return None
+    if systems != {1}:
+        message = "a pair of equations must be in cos and sin of the unknown"
+        report.error("E303", message, request.span)
+        return None
+    one, two = found
+    try:
+        left = maths.product(one.B, two.A)
+        determinant = maths.plus(left, maths.product(two.B, one.A), -1)
+        if zeros.is_zero(determinant):
+            message = f"the two equations do not determine '{request.unknown}': their determinant is 0"
+            report.error("E308", message, request.span)
+            return None
+    except FoldError as error:
+        report.error("E209", str(error), request.span)
+        return None
+    constant = _with_domain(maths, two.C, [one.A, one.B, one.C, two.A, two.B, two.C])
+    operands = (one.A, one.B, one.C, two.A, two.B, constant)
+    value = _emitted("solve_pair", operands, (), request, scope)
+    return None if value is None else (value, 1)
+
+
+def _emitted(
+    op: str, operands: Sequence[Value], params: Sequence[Param], request: SolveRequest, scope: Scope
+) -> Value | None:
+    try:
+        return emit(scope.builder, op, operands, params)
+    except FoldError as error:
+        scope.report.error("E209", str(error), request.span)
+        return None
+
+
+def _with_domain(maths: Coefficients, value: Value, kept: list[Value]) -> Value:
+    """Return the value, invalid also where a coefficient that cancelled has no value."""
+    nodes = maths.builder.nodes
+    covered = {index for v in kept for index in cone(nodes, v)}
+    for dropped in dict.fromkeys(maths.dropped):
+        own = set(cone(nodes, dropped)) - covered
+        if any(nodes[index].definition.partial for index in own):
+            value = maths.builder.emit("guard", (value, dropped), ("any",))
+            covered |= own
+    return value

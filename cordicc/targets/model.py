@@ -1,0 +1,279 @@
+"""Targets: what hardware there is, its timing, its area and its arithmetic, read from YAML files."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from cordicc.arith.machine import Arithmetic
+from cordicc.diagnostics import InvalidInput, Report, Source
+
+DEFAULT_TARGET = "kinematic"
+CAU_KINDS = ("standard", "implicit")
+"""Kinds of CORDIC arithmetic unit (CAU)."""
+
+REQUIRED_KINDS = ("standard", "add", "mul", "cmul", "shift", "sign")
+
+_SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
+_FUNCTIONS = {
+    "standard": {f"{op}-{system}" for op in ("rotate", "vector") for system in _SYSTEMS.values()}
+    | {"lightcone"},
+    "implicit": {"implicit-circular", "implicit-hyperbolic"},
+    "add": {"add", "sub", "min", "max", "select", "wrap"},
+    "mul": {"mul"},
+    "cmul": {"cmul"},
+    "shift": {"shift"},
+    "sign": {"neg", "abs", "flip", "sign", "guard"},
+}
+_SIZE_LIMIT_BYTES = 256 * 1024
+_LATENCY_LIMIT = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class UnitKind:
+    """A kind of unit: cycles of latency, cycles between operations, what it does, and its size.
+
+    `functions` as of `function_name`; `area` in adder equivalents; `stages` cycles by part.
+    """
+
+    name: str
+    latency: int
+    initiation_interval: int
+    functions: frozenset[str]
+    adders: int
+    area: float
+    stages: Mapping[str, int]
+    arithmetic: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A target: clock in Hz, number format, unit kinds, area of a FIFO bit in adder equivalents."""
+
+    name: str
+    description: str
+    clock_hz: float
+    angle_unit: str
+    format: Mapping[str, Any]
+    fifo_area_per_bit: float
+    units: Mapping[str, UnitKind]
+
+    @property
+    def arithmetic(self) -> dict[str, Any]:
+        """The plain data from which `Arithmetic.from_spec` builds the target's arithmetic."""
+        caus = {k: dict(u.arithmetic) for k, u in self.units.items() if u.arithmetic is not None}
+        return {"format": dict(self.format), "units": caus}
+
+    def machine(self) -> Arithmetic:
+        """Return the target's arithmetic."""
+        return Arithmetic.from_spec(self.arithmetic)
+
+    def embedded(self) -> dict[str, Any]:
+        """Return the plain data about the target that a plan carries."""
+        return {
+            "name": self.name,
+            "description": self.description,
+            "clock_hz": self.clock_hz,
+            "angle_unit": self.angle_unit,
+            "arithmetic": self.arithmetic,
+            "fifo_area_per_bit": self.fifo_area_per_bit,
+            "units": {
+                kind: {"latency": u.latency, "adders": u.adders, "area": u.area, "stages": dict(u.stages)}
+                for kind, u in self.units.items()
+            },
+        }
+
+    @property
+    def has_implicit(self) -> bool:
+        """Whether there are implicit CAUs."""
+        return "implicit" in self.units
+
+    def kinds_for(self, function: str) -> tuple[str, ...]:
+        """Return the kinds of unit that perform a function, in the file's order."""
+        return tuple(kind for kind, unit in self.units.items() if function in unit.functions)
+
+
+def function_name(op: str, m: int | None = None) -> str:
+    """Return the name of an operation among a unit's functions, such as `rotate-circular` or `add`."""
+    return op if m is None else f"{op}-{_SYSTEMS[m]}"
+
+
+def shipped_targets() -> tuple[str, ...]:
+    """Return the names of the targets in the package."""
+    files = resources.files("cordicc.targets").iterdir()
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in files if f.name.endswith(".yaml")))
+
+
+def target_text(name_or_path: str | os.PathLike[str]) -> Source:
+    """Return the text of a shipped target or of a file.  Raises InvalidInput (E501, E502)."""
+    name = os.fspath(name_or_path)
+    if name in shipped_targets():
+        text = resources.files("cordicc.targets").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+        return Source(f"{name}.yaml", text)
+    report = Report(Source(name, ""))
+    path = Path(name)
+    try:
+        exists = path.is_file()
+    except (OSError, ValueError):
+        exists = False
+    if not exists:
+        known = ", ".join(shipped_targets())
+        report.error("E501", f"no target '{name}'", hint=f"shipped targets: {known}; or give a YAML file")
+        report.raise_if_failed()
+    try:
+        with path.open("rb") as file:
+            data = file.read(_SIZE_LIMIT_BYTES + 1)
+        if len(data) > _SIZE_LIMIT_BYTES:
+            report.error("E502", f"the file is larger than {_SIZE_LIMIT_BYTES // 1024} KiB")
+        text = data.decode("utf-8")
+    except OSError as error:
+        report.error("E502", f"cannot read the file: {error.strerror or 'input error'}")
+    except UnicodeDecodeError:
+        report.error("E502", "the file is not UTF-8 text")
+    report.raise_if_failed()
+    return Source(name, text)
+
+
+def load_target(name_or_path: str | os.PathLike[str]) -> Target:
+    """Load and validate a shipped target by name, or a file.  Raises InvalidInput (E501 to E505)."""
+    source = target_text(name_or_path)
+    report = Report(source)
+    yaml = YAML(typ="safe", pure=True)
+    yaml.version = "1.2"
+    try:
+        data = yaml.load(source.text)
+    except (YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" in line {mark.line + 1}" if mark is not None else ""
+        problem = getattr(error, "problem", None) or "it cannot be read"
+        raise _failure(report, "E503", f"not valid YAML{where}: {problem}") from None
+    if not isinstance(data, dict):
+        raise _failure(report, "E503", "a target must be a mapping")
+    target = _Reader(report).target(data)
+    report.raise_if_failed()
+    assert target is not None
+    try:
+        target.machine()
+    except ValueError as error:
+        raise _failure(report, "E505", str(error)) from None
+    return target
+
+
+def _failure(report: Report, code: str, message: str) -> InvalidInput:
+    report.error(code, message)
+    return InvalidInput(report.ordered())
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the mapping of a target, recording everything that is wrong (E504)."""
+
+    report: Report
+
+    def target(self, data: dict[Any, Any]) -> Target | None:
+        required = {"name", "clock_hz", "format", "units"}
+        self._keys(data, "the target", required, {"description", "angle_unit", "fifo_area_per_bit"})
+        name = self._text(data, "name", "")
+        description = self._text(data, "description", "")
+        clock_hz = self._number(data, "clock_hz", "", 1.0, positive=True)
+        area_per_bit = self._number(data, "fifo_area_per_bit", "", 0.0)
+        angle_unit = data.get("angle_unit", "rad")
+        if angle_unit not in ("rad", "turn"):
+            self._error("angle_unit must be 'rad' or 'turn'")
+        number_format = self._mapping(data, "format", "")
+        units = self._units(self._mapping(data, "units", ""))
+        if self.report.failed:
+            return None
+        return Target(name, description, clock_hz, angle_unit, number_format, area_per_bit, units)
+
+    def _units(self, data: dict[Any, Any]) -> dict[str, UnitKind]:
+        for kind in REQUIRED_KINDS:
+            if kind not in data:
+                self._error(f"units lacks the kind '{kind}'")
+        units = {}
+        for kind, unit in data.items():
+            if kind not in _FUNCTIONS:
+                self._error(f"unknown unit kind '{kind}' (known: {', '.join(_FUNCTIONS)})")
+            elif not isinstance(unit, dict):
+                self._error(f"units.{kind} must be a mapping")
+            else:
+                units[kind] = self._unit(kind, unit)
+        return units
+
+    def _unit(self, kind: str, data: dict[Any, Any]) -> UnitKind:
+        where = f"units.{kind}."
+        required = {"latency", "functions", "area"} | ({"arithmetic"} if kind in CAU_KINDS else set())
+        self._keys(data, f"units.{kind}", required, {"initiation_interval", "adders", "stages"})
+        latency = self._integer(data, "latency", where, 1, least=0 if kind == "sign" else 1)
+        interval = self._integer(data, "initiation_interval", where, 1, least=1)
+        adders = self._integer(data, "adders", where, 0, least=0)
+        area = self._number(data, "area", where, 0.0)
+        functions = data.get("functions", [])
+        if not isinstance(functions, list) or not all(isinstance(f, str) for f in functions):
+            self._error(f"{where}functions must be a list of names")
+            functions = []
+        for function in functions:
+            if function not in _FUNCTIONS[kind]:
+                known = ", ".join(sorted(_FUNCTIONS[kind]))
+                self._error(
+                    f"{where}functions: a unit of kind '{kind}' cannot do '{function}' (but: {known})"
+                )
+        if not functions and "functions" in data:
+            self._error(f"{where}functions is empty")
+        stages = self._mapping(data, "stages", where) if "stages" in data else {}
+        cycles = [self._integer(stages, part, f"{where}stages.", 1, least=1) for part in stages]
+        if "stages" in data and not self.report.failed and sum(cycles) != latency:
+            self._error(f"{where}stages sum to {sum(cycles)} cycles, but the latency is {latency}")
+        arithmetic = self._mapping(data, "arithmetic", where) if kind in CAU_KINDS else None
+        if kind == "implicit" and arithmetic is not None and "rule" not in arithmetic:
+            self._error(f"{where}arithmetic lacks the rule")
+        named = {str(part): count for part, count in zip(stages, cycles, strict=True)}
+        return UnitKind(kind, latency, interval, frozenset(functions), adders, area, named, arithmetic)
+
+    def _error(self, message: str) -> None:
+        self.report.error("E504", message)
+
+    def _keys(self, data: dict[Any, Any], where: str, required: set[str], optional: set[str]) -> None:
+        for key in sorted(required - set(data)):
+            self._error(f"{where} lacks '{key}'")
+        for key in sorted(str(key) for key in data if key not in required | optional):
+            self._error(f"{where} has an unknown key '{key}'")
+
+    def _mapping(self, data: dict[Any, Any], key: str, where: str) -> dict[Any, Any]:
+        value = data.get(key, {})
+        if isinstance(value, dict):
+            return value
+        self._error(f"{where}{key} must be a mapping")
+        return {}
+
+    def _text(self, data: dict[Any, Any], key: str, where: str) -> str:
+        value = data.get(key, "")
+        if not isinstance(value, str):
+            self._error(f"{where}{key} must be text")
+            return ""
+        return value
+
+    def _integer(self, data: dict[Any, Any], key: str, where: str, default: int, *, least: int) -> int:
+        value = data.get(key, default)
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= _LATENCY_LIMIT:
+            self._error(f"{where}{key} must be an integer from {least} to {_LATENCY_LIMIT}")
+            return default
+        return value
+
+    def _number(
+        self, data: dict[Any, Any], key: str, where: str, default: float, *, positive: bool = False
+    ) -> float:
+        value = data.get(key, default)
+        good = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not good or not math.isfinite(value) or value < 0 or (positive and value == 0):
+            self._error(f"{where}{key} must be a {'positive' if positive else 'non-negative'} number")
+            return default
+        return float(value)

@@ -1,0 +1,368 @@
+"""The pictures, the report and the script: well-formed, complete, legible, the same every time."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from html.parser import HTMLParser
+from itertools import combinations
+
+import pytest
+
+from cordicc.backends import (
+    datapath,
+    graph_view,
+    labels,
+    layout,
+    placing,
+    report,
+    routing,
+    schedule_chart,
+    script,
+    svg,
+    wiring,
+)
+from cordicc.plan import Operand, Operation, Plan, Unit
+from tests import plans_for_tests as plans
+
+SVG = "{http://www.w3.org/2000/svg}"
+PICTURES = (datapath, schedule_chart, graph_view)
+HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
+
+
+def shared() -> Plan:
+    """Two operations in flight on one unit at initiation interval 16."""
+    plan = plans.wheel()
+    moved = [
+        replace(op, unit="standard1", start=op.start + 8, finish=op.finish + 8) if op.id == "o6" else op
+        for op in plan.operations
+    ]
+    extra = Operation(
+        "o7", "rotate", {"m": 1}, "standard", "circular rotation", "standard1", 20, 64, ("x", "y", "z"),
+        (Operand("S"), Operand(constant="0"), Operand("S")), (None, None), "spare",
+    )  # fmt: skip
+    return replace(plan, operations=(*moved, extra), initiation_interval=16)
+
+
+def hostile() -> Plan:
+    plan = plans.planar()
+    names = {"x": HOSTILE}
+    operations = tuple(
+        replace(
+            op,
+            mode=HOSTILE,
+            equation=HOSTILE,
+            operands=tuple(replace(o, value=names.get(o.value or "", o.value)) for o in op.operands),
+        )
+        for op in plan.operations
+    )
+    problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
+    problem["inputs"] = [{"name": HOSTILE, "lo": "0", "hi": "1", "unit": HOSTILE}]
+    outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
+    return replace(
+        plan,
+        name=HOSTILE,
+        description=HOSTILE,
+        operations=operations,
+        problem=problem,
+        outputs=outputs,
+        fifos=(),
+    )
+
+
+def empty() -> Plan:
+    """A plan that only passes an input on."""
+    return plans.Builder("wire", {"x": (0, 1)}).plan({"y": "x", "k": 0.5})
+
+
+ALL = {
+    "wheel": plans.wheel(), "planar": plans.planar(), "puma": plans.puma(), "shared": shared(),
+    "hostile": hostile(), "empty": empty(),
+}  # fmt: skip
+
+
+@pytest.fixture(params=ALL, ids=str)
+def plan(request: pytest.FixtureRequest) -> Plan:
+    return ALL[request.param]
+
+
+def texts(root: ET.Element) -> list[tuple[float, float, float, float, str]]:
+    """Return the boxes of all texts, by the module's own width estimate."""
+    found = []
+    for node in root.iter(f"{SVG}text"):
+        size = float(node.attrib["font-size"])
+        text = node.text or ""
+        width = svg.text_width(text, size, bold="font-weight" in node.attrib)
+        shift = {"start": 0.0, "middle": 0.5, "end": 1.0}[node.attrib["text-anchor"]]
+        left, base = float(node.attrib["x"]) - shift * width, float(node.attrib["y"])
+        found.append((left, base - 0.75 * size, left + width, base + 0.2 * size, text))
+    return found
+
+
+@pytest.mark.parametrize("view", PICTURES, ids=lambda view: view.__name__.rpartition(".")[2])
+class TestPictures:
+    def test_well_formed_and_white(self, view, plan):
+        root = ET.fromstring(view.render(plan))
+        assert root.tag == f"{SVG}svg"
+        ground = next(root.iter(f"{SVG}rect"))
+        assert ground.attrib["fill"] == "#ffffff"
+        assert ground.attrib["width"] == root.attrib["width"]
+
+    def test_deterministic(self, view, plan):
+        assert view.render(plan) == view.render(plan)
+
+    def test_complete(self, view, plan):
+        ids = [
+            node.attrib["data-id"]
+            for node in ET.fromstring(view.render(plan)).iter()
+            if "data-id" in node.attrib
+        ]
+        assert len(ids) == len(set(ids))
+        wanted = {f"op.{op.id}" for op in plan.operations}
+        if view is not graph_view:
+            wanted |= {f"fifo.{fifo.id}" for fifo in plan.fifos}
+        if view is not schedule_chart:
+            wanted |= {f"out.{svg.clean(name)}" for name in plan.outputs}
+        assert wanted <= set(ids)
+
+    def test_labels_do_not_overlap(self, view, plan):
+        root = ET.fromstring(view.render(plan))
+        for a, b in combinations(texts(root), 2):
+            apart = a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+            assert apart, f"{a[4]!r} over {b[4]!r}"
+
+    def test_labels_are_not_cut(self, view, plan):
+        root = ET.fromstring(view.render(plan))
+        width, height = float(root.attrib["width"]), float(root.attrib["height"])
+        for left, top, right, bottom, text in texts(root):
+            assert left >= 0, text
+            assert right <= width, text
+            assert 0 <= top < bottom <= height, text
+
+    def test_boxes_have_tooltips(self, view):
+        root = ET.fromstring(view.render(plans.wheel()))
+        group = next(node for node in root.iter() if node.attrib.get("data-id") == "op.o5")
+        title = group.find(f"{SVG}title")
+        assert title is not None
+        assert title.text.splitlines() == [
+            "o5: hyperbolic vectoring on standard2",
+            "equation: beta",
+            "cycles 48–92",
+            "operands: x = o4.norm, y = o3.value, z = 0.0",
+            "results: o5.norm, not used",
+            "parameters: m = -1, sign = 1",
+        ]
+
+
+class TestLayout:
+    @staticmethod
+    def drawn(monkeypatch, view, plan):
+        seen = []
+        monkeypatch.setattr(view, "frame", lambda *args: seen.append(args[3]) or "")
+        view.render(plan)
+        return seen[0]
+
+    @pytest.mark.parametrize("view", [datapath, graph_view], ids=["datapath", "graph"])
+    @pytest.mark.parametrize("seed", range(8))
+    def test_wires_are_unambiguous(self, monkeypatch, view, seed):
+        diagram = self.drawn(monkeypatch, view, plans.puma(seed))
+        boxes = {
+            s.box.id: (*diagram.layout.places[s.box.id], s.box.width, s.box.height) for s in diagram.shapes
+        }
+        for (_, a), (_, b) in combinations(boxes.items(), 2):
+            assert a[0] >= b[0] + b[2] or b[0] >= a[0] + a[2] or a[1] >= b[1] + b[3] or b[1] >= a[1] + a[3]
+        lines = [
+            (number, min(x1, x2), max(x1, x2), min(y1, y2), max(y1, y2))
+            for number, wire in enumerate(diagram.layout.wires)
+            for (x1, y1), (x2, y2) in wire.segments
+            if (x1, y1) != (x2, y2)
+        ]
+        for name, (x, y, width, height) in boxes.items():
+            for _, x1, x2, y1, y2 in lines:
+                assert not (x1 < x + width and x2 > x and y1 < y + height and y2 > y), name
+        for a, b in combinations(lines, 2):
+            if a[0] == b[0]:
+                continue
+            touch_x, touch_y = a[1] <= b[2] and b[1] <= a[2], a[3] <= b[4] and b[3] <= a[4]
+            both_level, both_upright = a[3] == a[4] and b[3] == b[4], a[1] == a[2] and b[1] == b[2]
+            assert not ((both_level or both_upright) and touch_x and touch_y)
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_every_wire_joins_its_ports(self, monkeypatch, seed):
+        plan = plans.puma(seed)
+        diagram = self.drawn(monkeypatch, datapath, plan)
+        shapes = {shape.box.id: shape.box for shape in diagram.shapes}
+        places = diagram.layout.places
+        for net, wire in zip(wiring.nets(plan), diagram.layout.wires, strict=True):
+            ends = {point for segment in wire.segments for point in segment}
+            for pin in net.sinks:
+                x, y = places[pin.box]
+                assert (x, y + shapes[pin.box].inputs[pin.port]) in ends
+            x, y = places[net.source.box]
+            box = shapes[net.source.box]
+            assert (x + box.width, y + box.outputs[net.source.port]) in ends
+
+    def test_time_runs_to_the_right(self, monkeypatch):
+        plan = plans.puma()
+        places = self.drawn(monkeypatch, datapath, plan).layout.places
+        ordered = sorted(
+            (op.start, places[f"op.{op.id}"][0]) for op in plan.operations if op.finish > op.start
+        )
+        for (early, left), (late, right) in combinations(ordered, 2):
+            assert left < right if early < late else left == right
+
+    def test_cyclic_constraints_are_cut_by_a_jog(self):
+        channel = routing.route([routing.Crossing(0, 0, (80,)), routing.Crossing(1, 80, (0,))])
+        jogs = [turn for found in channel.routes for turn in found.turns if turn[2] is not None]
+        assert len(jogs) == 1
+        assert jogs[0][1] not in (0, 80)
+
+    def test_layers_follow_arcs_and_survive_cycles(self):
+        assert layout.forced_layers({"a": 0, "b": 0, "c": 5}, [("a", "b"), ("b", "c")]) == {
+            "a": 0,
+            "b": 1,
+            "c": 5,
+        }
+        assert set(layout.forced_layers({"a": 0, "b": 0}, [("a", "b"), ("b", "a")])) == {"a", "b"}
+
+    def test_order_removes_a_crossing(self):
+        nodes = [placing.Node(0, 16), placing.Node(0, 16), placing.Node(1, 16), placing.Node(1, 16)]
+        edges = [placing.Edge(0, 8, 3, 8), placing.Edge(1, 8, 2, 8)]
+        first, second = placing.order(nodes, edges, [[0, 1], [2, 3]])
+        assert [first.index(0), first.index(1)] == [second.index(3), second.index(2)]
+
+
+class TestLabels:
+    def test_fifo_spans_follow_the_chain(self):
+        plan = plans.wheel()
+        assert sorted(labels.spans(plan).values()) == [(7, 48), (48, 92), (48, 92)]
+
+    @pytest.mark.parametrize(
+        ("text", "shown"),
+        [("1/3", "0.333333"), ("-0x1.8p+1", "−3"), ("0.25", "0.25"), ("pi", "pi"), ("1/0", "1/0")],
+    )
+    def test_constants(self, text, shown):
+        assert labels.constant(text) == shown
+
+    @pytest.mark.parametrize(
+        ("op", "operands", "shown"),
+        [
+            ("add", ("x", -0.5), "− 0.5"),
+            ("add", (0.5, "x"), "+ 0.5"),
+            ("sub", (0.5, "x"), "0.5 − a"),
+            ("sub", ("x", -0.5), "+ 0.5"),
+            ("mul", ("x", "x"), "×"),
+        ],
+    )
+    def test_symbols_hold_constants(self, op, operands, shown):
+        builder = plans.Builder("one", {"x": (0, 1)})
+        (value,) = builder.add(op, *operands)
+        assert labels.symbol(builder.plan({"y": value}).operations[0]) == shown
+
+    @pytest.mark.parametrize(
+        ("count", "shown"), [(0, "0"), (1, "100 ns"), (62, "6.2 µs"), (10**5, "10 ms"), (10**8, "10 s")]
+    )
+    def test_seconds(self, count, shown):
+        assert labels.seconds(count, 10e6) == shown
+
+    def test_fitted_text_fits(self):
+        short = svg.fitted("W" * 50, 10, 60)
+        assert short.endswith("…")
+        assert svg.text_width(short, 10) <= 60
+
+    def test_operations_on_a_shared_unit_get_lanes(self):
+        rows = {row.name: row for row in schedule_chart._unit_rows(shared())}
+        assert [[bar.id for bar in lane] for lane in rows["standard1"].lanes] == [
+            ["op.o4", "op.o6"],
+            ["op.o7"],
+        ]
+
+
+class _Page(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.ids += [value for name, value in attrs if name == "id"]
+        self.links += [value for name, value in attrs if name in ("src", "href")]
+
+
+class TestReport:
+    def test_self_contained(self, plan):
+        page = _Page()
+        page.feed(report.render(plan))
+        assert page.tags.count("svg") == 2
+        assert "script" not in page.tags
+        assert page.links == []
+        assert len(page.ids) == len(set(page.ids))
+
+    def test_deterministic(self, plan):
+        assert report.render(plan) == report.render(plan)
+
+    def test_says_what_is_known(self):
+        plan = plans.planar()
+        plan = replace(
+            plan,
+            accuracy={
+                "theta1": {
+                    "bound": {"value": 2e-6, "where": "|C| < 0.9 R", "share_of_samples": 0.5},
+                    "observed": {"max": 1e-6, "rms": 1e-7},
+                },
+                "theta2": {"bound": None, "observed": {"max": None, "rms": None}},
+            },
+        )
+        text = report.render(plan)
+        for part in (
+            "proven optimal",
+            "not proven optimal; at least 27, gap 15.6%",
+            "2.000e-06",
+            "|C| &lt; 0.9 R, 0.5 of the samples",
+            "r2 = x**2 + y**2",
+            "x = 0.1 &amp; y &lt; 0",
+            "cordicc compile planar-2r.yaml --target kinematic --units auto --ii 1",
+        ):
+            assert part in text
+        assert text.count('<td class="n">—</td>') == 3
+
+    @pytest.mark.parametrize(
+        ("target", "text", "shown"),
+        [
+            ("r", "x + 1", "r = x + 1"),
+            ("r", "r = x", "r = x"),
+            ("t", "a*cos(t) = c", "a*cos(t) = c    for t"),
+        ],
+    )
+    def test_equations_name_what_they_define(self, target, text, shown):
+        assert report._equation(target, text) == shown
+
+    def test_tables_are_complete(self):
+        plan = plans.puma()
+        text = report.render(plan)
+        for item in (*plan.operations, *plan.fifos):
+            assert f'<th scope="row">{item.id}</th>' in text
+
+    def test_units_of_an_unknown_kind(self):
+        plan = plans.planar()
+        plan = replace(plan, units=(*plan.units, Unit("d1", "divider", 9)))
+        assert '<th scope="row">divider</th>' in report.render(plan)
+        assert "idle" in schedule_chart.render(plan)
+
+
+class TestScript:
+    def test_runs_the_plan_beside_it(self, plan, tmp_path, monkeypatch):
+        text = script.render(plan)
+        ast.parse(text)
+        calls = []
+        monkeypatch.setitem(sys.modules, "cordicc.cli", type("Cli", (), {"main": staticmethod(calls.append)}))
+        path = tmp_path / "simulate.py"
+        path.write_text(text, encoding="utf-8")
+        monkeypatch.setattr(sys, "argv", [str(path), "--random", "5"])
+        with pytest.raises(SystemExit):
+            exec(compile(text, str(path), "exec"), {"__name__": "__main__", "__file__": str(path)})
+        assert calls == [["simulate", str(tmp_path.resolve() / "plan.json"), "--random", "5"]]

@@ -1,0 +1,227 @@
+"""Every rewriting keeps what the equations mean: values, and which inputs are valid."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cordicc.arith.intervals import Interval
+from cordicc.ir.graph import Builder, Graph, Value
+from cordicc.ir.ops import Level
+from cordicc.ir.reference import evaluate
+from cordicc.ir.text import parse_graph, print_graph
+from cordicc.ir.verify import verify
+from cordicc.rewrite.base import Context
+from cordicc.rewrite.passes import default_passes
+
+UNARY = ("sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log abs neg sign wrap").split()
+BINARY = "add sub mul div hypot atan2 min max".split()
+NAMES = ("x", "y", "w")
+
+
+def rewritten(graph: Graph, goal: str = "processors", *, implicit: bool = True, reach: float = 2.0) -> Graph:
+    context = Context({name: Interval(-reach, reach) for name in NAMES}, goal)
+    for step in default_passes(implicit=implicit):
+        graph = step.apply(graph, context)
+        verify(graph)
+        assert parse_graph(print_graph(graph)) == graph
+    verify(graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
+    return graph
+
+
+def assert_same(graph: Graph, samples: dict[str, np.ndarray]) -> None:
+    """Compare a graph with its rewritings; values within rounding of 113 bits, validity exactly."""
+    exact, defined = evaluate(graph, samples)
+    for implicit in (True, False):
+        for goal in ("processors", "latency"):
+            value, valid = evaluate(rewritten(graph, goal, implicit=implicit), samples)
+            np.testing.assert_array_equal(valid, defined)
+            for name in exact:
+                np.testing.assert_allclose(value[name][valid], exact[name][valid], rtol=1e-9, atol=1e-9)
+
+
+def samples(count: int = 40, seed: int = 1) -> dict[str, np.ndarray]:
+    generator = np.random.default_rng(seed)
+    return {name: generator.uniform(-2, 2, count) for name in NAMES}
+
+
+def build(make) -> Graph:
+    builder = Builder()
+    values = [builder.input(name) for name in NAMES]
+    made = make(builder, *values)
+    outputs = made if isinstance(made, dict) else {"out": made}
+    return builder.build(outputs)
+
+
+@pytest.mark.parametrize("op", UNARY)
+def test_function_of_one_operand(op: str) -> None:
+    assert_same(build(lambda b, x, y, w: b.emit(op, (x,))), samples())
+
+
+@pytest.mark.parametrize("op", BINARY)
+def test_function_of_two_operands(op: str) -> None:
+    assert_same(build(lambda b, x, y, w: b.emit(op, (x, y))), samples())
+
+
+@pytest.mark.parametrize("exponent", ["-2", "-3/2", "-1", "-1/2", "1/2", "3/2", "2", "3", "5", "7/2"])
+def test_power(exponent: str) -> None:
+    assert_same(build(lambda b, x, y, w: b.emit("pow", (x,), (Fraction(exponent),))), samples())
+
+
+@pytest.mark.parametrize("branch", ["+", "-"])
+def test_circular_solve(branch: str) -> None:
+    assert_same(
+        build(lambda b, x, y, w: b.emit("wrap", (b.emit("solve", (x, y, w), (1, branch)),))), samples()
+    )
+
+
+@pytest.mark.parametrize("branch", ["+", "-", "none"])
+def test_hyperbolic_solve(branch: str) -> None:
+    assert_same(build(lambda b, x, y, w: b.emit("solve", (x, y, w), (-1, branch))), samples(200))
+
+
+@pytest.mark.parametrize("port", [0, 1])
+@pytest.mark.parametrize("m", [1, -1])
+def test_solve_with_one_coefficient(port: int, m: int) -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        operands = [b.const(0), b.const(0), w]
+        operands[port] = x
+        return b.emit("solve", operands, (m, "+" if (m, port) != (-1, 0) else "none"))
+
+    assert_same(build(make), samples(100))
+
+
+def test_solve_pair() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        return b.emit("solve_pair", (x, y, w, b.const(1), x, y))
+
+    assert_same(build(make), samples())
+
+
+@pytest.mark.parametrize("op", ["acos", "asin", "acosh", "asinh", "atanh", "atan", "log"])
+def test_quotient_inside(op: str) -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        quotient = b.emit("div", (x, y))
+        return b.emit(op, (b.emit("mul", (b.const(Fraction(-3, 2)), quotient)),))
+
+    assert_same(build(make), samples(100))
+    plan = rewritten(build(make))
+    assert not [n for n in plan.nodes if n.op == "vector" and n.params[0] == 0], "the division stayed"
+
+
+def test_division_by_zero_stays_invalid() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        return b.emit("atan", (b.emit("div", (x, y)),))
+
+    zero = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 0.0]), "w": np.zeros(2)}
+    assert_same(build(make), zero)
+
+
+def test_lost_operand_keeps_its_validity() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        root = b.emit("sqrt", (x,))
+        return b.emit("add", (y, b.emit("sub", (root, root))))
+
+    assert_same(build(make), samples())
+
+
+def sums(
+    b: Builder, x: Value, y: Value, w: Value, sine: str = "sin", cosine: str = "cos"
+) -> dict[str, Value]:
+    c, s = b.emit(cosine, (w,)), b.emit(sine, (w,))
+    mul = lambda p, q: b.emit("mul", (p, q))  # noqa: E731
+    last = b.emit("sub", (mul(y, c), mul(x, s))) if sine == "sin" else b.emit("add", (mul(y, c), mul(x, s)))
+    return {"one": b.emit("add", (mul(x, c), mul(y, s))), "two": last}
+
+
+@pytest.mark.parametrize("names", [("sin", "cos"), ("sinh", "cosh")])
+def test_both_components_of_a_turned_vector_share_a_rotation(names: tuple[str, str]) -> None:
+    graph = build(lambda b, x, y, w: sums(b, x, y, w, *names))
+    assert_same(graph, samples())
+    assert sorted(n.op for n in rewritten(graph).nodes if n.op != "input") in (
+        ["neg", "rotate"],
+        ["rotate"],
+        ["neg", "neg", "rotate"],
+    )
+
+
+def test_sine_and_cosine_share_a_rotation() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> dict[str, Value]:
+        return {"c": b.emit("cos", (x,)), "s": b.emit("sin", (x,))}
+
+    assert [n.op for n in rewritten(build(make)).nodes].count("rotate") == 1
+
+
+def test_several_vectors_turned_by_one_angle() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> dict[str, Value]:
+        first = sums(b, x, y, w)
+        second = sums(b, y, b.const(2), w)
+        return {**first, "three": second["one"], "four": second["two"]}
+
+    graph = build(make)
+    assert_same(graph, samples())
+    count = {
+        goal: [n.op for n in rewritten(graph, goal).nodes].count("rotate")
+        for goal in ("processors", "latency")
+    }
+    assert count == {"processors": 1, "latency": 2}
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("minus", [False, True])
+def test_length_and_angle_share_a_vectoring(order: tuple[int, int], minus: bool) -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> dict[str, Value]:
+        legs = [x, y]
+        squares = [b.emit("pow", (legs[i],), (Fraction(2),)) for i in order]
+        y_leg = b.emit("neg", (y,)) if minus else y
+        return {
+            "length": b.emit("sqrt", (b.emit("add", squares),)),
+            "hypot": b.emit("hypot", (x, y)),
+            "angle": b.emit("atan2", (y_leg, x)),
+        }
+
+    graph = build(make)
+    assert_same(graph, samples())
+    assert [n.op for n in rewritten(graph).nodes].count("vector") == 1
+
+
+def test_difference_of_squares_is_hyperbolic_vectoring() -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        square = b.emit("mul", (x, x))
+        return b.emit("sqrt", (b.emit("sub", (b.const(1), square)),))
+
+    graph = build(make)
+    assert_same(graph, samples())
+    assert [(n.op, n.params) for n in rewritten(graph).nodes if n.op == "vector"] == [("vector", (-1, 1))]
+
+
+EXPRESSIONS = st.recursive(
+    st.sampled_from(NAMES) | st.integers(-3, 3).map(Fraction) | st.just(Fraction(1, 3)),
+    lambda inner: st.tuples(st.sampled_from(UNARY), inner) | st.tuples(st.sampled_from(BINARY), inner, inner),
+    max_leaves=8,
+)
+
+
+def emit(builder: Builder, expression) -> Value:
+    if isinstance(expression, str):
+        return builder.input(expression)
+    if isinstance(expression, Fraction):
+        return builder.const(expression)
+    return builder.emit(expression[0], [emit(builder, part) for part in expression[1:]])
+
+
+@settings(max_examples=150, deadline=None)
+@given(EXPRESSIONS)
+def test_any_expression_keeps_its_meaning(expression) -> None:
+    """Values agree wherever both sides have one; at 113 bits only rounding at an edge can differ."""
+    graph = build(lambda b, x, y, w: emit(b, expression))
+    points = samples(12)
+    exact, defined = evaluate(graph, points)
+    for implicit in (True, False):
+        value, valid = evaluate(rewritten(graph, implicit=implicit), points)
+        both = defined & valid
+        a, b = exact["out"][both], value["out"][both]
+        small = np.abs(a) < 1e12
+        np.testing.assert_allclose(b[small], a[small], rtol=1e-6, atol=1e-6)
