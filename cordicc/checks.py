@@ -15,7 +15,7 @@ from cordicc.ir.graph import Graph
 from cordicc.ir.problem import Problem
 from cordicc.ir.ranges import value_ranges
 from cordicc.ir.reference import evaluate
-from cordicc.ir.text import format_number, print_graph
+from cordicc.ir.text import print_graph
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
@@ -41,17 +41,17 @@ def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, 
         "name": problem.name,
         "description": problem.description,
         "inputs": [
-            {"name": i.name, "lo": format_number(i.lo), "hi": format_number(i.hi), "unit": i.unit}
+            {"name": i.name, "lo": float(i.lo), "hi": float(i.hi), "unit": i.unit}
             for i in problem.inputs
         ],
-        "constants": {name: format_number(value) for name, value in problem.constants.items()},
+        "constants": {name: float(value) for name, value in problem.constants.items()},
         "equations": [{"target": e.target, "text": e.text} for e in problem.equations],
         "outputs": [
             {
                 "name": o.name,
                 "angle": o.is_angle,
                 "wrap": o.wrap,
-                "max_error": None if o.max_error is None else format_number(o.max_error),
+                "max_error": None if o.max_error is None else float(o.max_error),
             }
             for o in problem.outputs
         ],
@@ -103,7 +103,7 @@ def _check_hyperbolic_case(problem: Problem, samples: Mapping[str, np.ndarray]) 
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
             message = f"the equation of '{node.origin}' has two solutions for some inputs and needs a branch"
-            hint = f"for example {_example(samples, int(np.argmax(two)))}; add 'branch: \"+\"' or 'branch: \"-\"'"
+            hint = f"for example {_example(samples, int(np.argmax(two)))}; add branch: '+' or branch: '-'"
             raise InvalidInput([Diagnostic("E322", message, hint=hint)])
 
 
@@ -125,8 +125,9 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     rewritten, kept = evaluate(graph, samples)
 
     def distance(a: np.ndarray, b: np.ndarray, is_angle: bool) -> np.ndarray:
-        difference = np.abs(a - b)
-        return np.minimum(difference, np.abs(difference - math.tau)) if is_angle else difference
+        difference: np.ndarray = np.abs(a - b)
+        wrapped: np.ndarray = np.minimum(difference, np.abs(difference - math.tau))
+        return wrapped if is_angle else difference
 
     steady = defined == still_defined
     for output in problem.outputs:

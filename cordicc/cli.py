@@ -47,7 +47,7 @@ def main() -> None:
     cordicc compile arm.yaml              write build/arm/: plan, report, pictures, simulation
     cordicc simulate build/arm/plan.json  run the plan, bit-true, and report its errors
     cordicc check arm.yaml                only look for mistakes in the file
-    """
+    """  # noqa: D301
 
 
 @main.command("compile")
@@ -94,7 +94,7 @@ def compile_command(
     \b
     cordicc compile examples/planar_2r.yaml
     cordicc compile arm.yaml --target krieger96 --minimize latency -o out
-    """
+    """  # noqa: D301
     from cordicc import pipeline
     from cordicc.files import write_files
     from cordicc.ir.text import print_graph
@@ -149,7 +149,7 @@ def simulate(
     \b
     cordicc simulate build/planar-2r/plan.json --random 1000
     cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
-    """
+    """  # noqa: D301
     from cordicc import pipeline
     from cordicc.emulate.sampling import draw, read_csv, write_csv
     from cordicc.files import read_text, write_files

@@ -12,6 +12,8 @@ from enum import StrEnum
 
 
 class Severity(StrEnum):
+    """An error ends the run; a warning does not."""
+
     ERROR = "error"
     WARNING = "warning"
 

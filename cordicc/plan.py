@@ -120,3 +120,19 @@ class Plan:
         """Return the number of CAUs by kind and in total."""
         count = {kind: sum(unit.kind == kind for unit in self.units) for kind in CAU_KINDS}
         return {**count, "total": sum(count.values())}
+
+    def critical_path(self) -> dict[str, int]:
+        """Return the cycles by kind of unit on the longest path from an input to an output."""
+        longest: dict[str, tuple[int, Counter[str]]] = {}
+        best: tuple[int, Counter[str]] = (0, Counter())
+        for operation in sorted(self.operations, key=lambda o: (o.start, o.finish)):
+            before = max(
+                (longest[o.value] for o in operation.operands if o.value in longest),
+                key=lambda path: path[0],
+                default=(0, Counter()),
+            )
+            cycles = operation.finish - operation.start
+            path = (before[0] + cycles, before[1] + Counter({operation.kind: cycles}))
+            best = max(best, path, key=lambda p: p[0])
+            longest |= {result: path for result in operation.results if result is not None}
+        return dict(best[1])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 
 from cordicc.emulate.accuracy import Comparison
-from cordicc.plan import Plan
+from cordicc.plan import CAU_KINDS, Plan
 
 
 def _seconds(seconds: float) -> str:
@@ -16,42 +17,31 @@ def _seconds(seconds: float) -> str:
     raise AssertionError
 
 
-def _rows(rows: list[tuple[str, str]]) -> list[str]:
+def _rows(rows: Sequence[tuple[str, str]]) -> list[str]:
     width = max(len(name) for name, _ in rows)
     return [f"  {name:<{width}}  {text}" for name, text in rows]
 
 
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def plan_text(plan: Plan) -> str:
     """Return the summary of a plan, ending in a newline."""
-    processors = plan.processors()
-    others = ", ".join(f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in processors)
-    operators = [o for o in plan.operations if o.kind not in processors and o.finish > o.start]
+    caus = plan.processors()
+    others = [f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in CAU_KINDS]
     proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
+    by_kind = f"{caus['standard']} standard, {caus['implicit']} implicit"
+    path = " + ".join(f"{cycles} {kind}" for kind, cycles in plan.critical_path().items())
+    rate = plan.clock_hz / plan.initiation_interval
     rows = [
-        (
-            "processors",
-            f"{processors['total']} CAUs: {processors['standard']} standard, {processors['implicit']} implicit"
-            + (f" ({proven['processors']})" if processors["total"] else ""),
-        ),
-        ("operators", others or "none"),
-        (
-            "latency",
-            f"{plan.latency_cycles} cycles, {_seconds(plan.latency_seconds)} ({proven['latency']})",
-        ),
-        (
-            "CAU latency",
-            f"{plan.cau_cycles} cycles, {_seconds(plan.cau_cycles / plan.clock_hz)} on the longest chain of CAUs",
-        ),
-        *(
-            [("", f"{plan.latency_cycles - plan.cau_cycles} more cycles are adders, multipliers and waiting")]
-            if operators and plan.latency_cycles > plan.cau_cycles
-            else []
-        ),
-        (
-            "interval",
-            f"{plan.initiation_interval} cycle: {plan.clock_hz / plan.initiation_interval:.6g} samples/s",
-        ),
-        ("FIFO words", f"{plan.fifo_words} in {len(plan.fifos)} FIFOs ({proven['fifo_words']})"),
+        ("processors", f"{_count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
+        ("operators", ", ".join(others) or "none"),
+        ("latency", f"{plan.latency_cycles} cycles, {_seconds(plan.latency_seconds)} ({proven['latency']})"),
+        ("  CAUs alone", f"{plan.cau_cycles} cycles, {_seconds(plan.cau_cycles / plan.clock_hz)}"),
+        ("  longest path", f"{path or 'wires'} cycles"),
+        ("interval", f"{_count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
+        ("FIFO words", f"{plan.fifo_words} in {_count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
     ]
     lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
     return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
@@ -79,7 +69,7 @@ def _accuracy(plan: Plan) -> list[str]:
     return _table(table)
 
 
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
+def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return [
         "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows

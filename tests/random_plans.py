@@ -80,7 +80,7 @@ class Flow:
             name="random",
             description="",
             target={},
-            problem={"inputs": [{"name": name, "lo": "-1/3", "hi": "0.75"} for name in self.inputs]},
+            problem={"inputs": [{"name": name, "lo": -0.25, "hi": 0.75} for name in self.inputs]},
             options={},
             initiation_interval=1,
             latency_cycles=schedule.latency,

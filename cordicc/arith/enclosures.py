@@ -87,7 +87,7 @@ def _guard(condition: str, a: Interval, s: Interval) -> Result:
 
 
 def _wrap(a: Interval) -> Interval:
-    if -PI_DOWN <= a.lo and a.hi <= PI_DOWN:
+    if a.lo >= -PI_DOWN and a.hi <= PI_DOWN:
         return a
     if math.isinf(a.lo) or math.isinf(a.hi):
         return HALF_TURN
@@ -228,7 +228,7 @@ def _circular(branch: str, A: Interval, B: Interval, C: Interval) -> Result:
 
 
 def _hyperbolic(branch: str, A: Interval, B: Interval, C: Interval) -> Result:
-    """The logarithm of E, with p E^2 - C E + q = 0, 2p = B+A, 2q = B-A; the parts C >= 0 and C <= 0 (negated) joined."""
+    """Enclose ln E with p E^2 - C E + q = 0, 2p = B+A, 2q = B-A; C <= 0 is negated first."""
     found: Result = None
     for part, sign in ((C.intersect(NON_NEGATIVE), False), (C.intersect(NON_POSITIVE), True)):
         if part is not None:

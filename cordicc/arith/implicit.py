@@ -34,6 +34,7 @@ TOLERANCE = 32
 """Largest |y - C| at the end of a solved equation, in internal units (2^-29 of the block)."""
 
 _LOG_BITS = 8
+_GUARD_BITS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,9 +145,12 @@ def _log2(number: Scaled) -> Int64:
 
 
 def _vector_of(p: Scaled, q: Scaled, c: Scaled, bits: int) -> tuple[Int64, Int64, Int64, Int64]:
-    """Return (p - q, p + q, c) as a block below 1, with `bits` fraction bits, and its exponent."""
+    """Return (p - q, p + q, c) as a block with `bits` fraction bits, the largest in [1/2, 1], and its exponent."""
     sizes = [p.exponent + bits, q.exponent + bits, c.exponent + MANTISSA_BITS]
-    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2]) + 1
-    exponent = largest - bits
-    first, second, target = (shifted(n.mantissa, exponent - n.exponent) for n in (p, q, c))
-    return first - second, first + second, target, exponent
+    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2])
+    wide = largest - (bits + _GUARD_BITS)
+    first, second, target = (shifted(n.mantissa, wide - n.exponent) for n in (p, q, c))
+    x, y = first - second, first + second
+    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(target))
+    excess = np.where(size > 1 << (bits + _GUARD_BITS), _GUARD_BITS + 1, _GUARD_BITS)
+    return shifted(x, excess), shifted(y, excess), shifted(target, excess), wide + excess

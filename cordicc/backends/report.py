@@ -68,6 +68,7 @@ def render(plan: Plan) -> str:
         fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
         words=sum(fifo.depth for fifo in plan.fifos),
         operand=labels.operand,
+        decimal=lambda item: labels.constant(str(item)),
         function=labels.function,
         command=command(plan),
         datapath=_inline(datapath.render(plan)),
@@ -94,9 +95,11 @@ def _inline(svg: str) -> Markup:
 def _equation(target: str, text: str) -> str:
     """Write an equation so that the name it defines is seen."""
     text = " ".join(text.split())
+    if text.startswith("solve"):
+        return text
     if "=" not in text:
         return f"{target} = {text}"
-    defines = text.partition("=")[0].strip() == target or f"for: {target}" in text
+    defines = text.partition("=")[0].strip() == target
     return text if defines else f"{text}    for {target}"
 
 

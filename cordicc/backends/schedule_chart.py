@@ -13,7 +13,7 @@ from cordicc.plan import Operation, Plan
 LANE = 18
 BAR = 14
 SIZE = 9.0
-CHART_WIDTH = 960
+CHART_WIDTH = 860
 LEAST_SCALE, MOST_SCALE = 1.0, 14.0
 LABEL_WIDTH = 170
 LABEL_LIMIT = 150.0
@@ -64,7 +64,7 @@ def render(plan: Plan) -> str:
         svg.text(MARGIN, y + 6, note, 10, fill=MUTED)
         y += 18
     extra = ["fifo"] if values else []
-    y = svg.legend(MARGIN, y, kinds_used(plan, *extra), width - 2 * MARGIN)
+    y = svg.legend(MARGIN, y, kinds_used(plan, *extra), width - 2 * MARGIN, fifo_paint=paint)
     return svg.document(width, y + 8, f"Schedule of {plan.name}")
 
 
@@ -77,7 +77,7 @@ def _unit_rows(plan: Plan) -> list[Row]:
     order = {unit: index for index, unit in enumerate(kinds)}
     rows = []
     instant: list[Operation] = []
-    for unit in sorted(kinds, key=lambda name: (labels.kind_rank(kinds[name]), order[name])):
+    for unit in sorted(kinds, key=lambda name: (_group(kinds[name]), order[name])):
         group = busy.get(unit, [])
         timed = [operation for operation in group if operation.finish > operation.start]
         instant += [operation for operation in group if operation.finish <= operation.start]
@@ -88,6 +88,11 @@ def _unit_rows(plan: Plan) -> list[Row]:
             Row("no cycle", f"{len(instant)} operations", _lanes([_bar(item) for item in instant], 26))
         )
     return rows
+
+
+def _group(kind: str) -> tuple[int, str]:
+    """Return the sort key of a kind of row: all CAUs are one group."""
+    return (-1, "") if kind in labels.CAU_KINDS else labels.kind_rank(kind)
 
 
 def _bar(operation: Operation) -> Bar:

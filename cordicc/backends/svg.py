@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Any
 
@@ -188,15 +188,22 @@ class Svg:
         path = "".join(f"M{number(cell)} {number(y)}v{number(height)}" for cell in cells)
         self.tag("path", d=path, stroke=look.stroke, stroke_width=1)
 
-    def legend(self, x: float, y: float, kinds: Iterable[str], limit: float) -> float:
-        """Draw the legend in rows up to `limit` wide; return the y below it."""
+    def legend(
+        self, x: float, y: float, kinds: Iterable[str], limit: float, *, fifo_paint: str | None = None
+    ) -> float:
+        """Draw the legend in rows up to `limit` wide; return the y below it.
+
+        `fifo_paint` is the fill of FIFOs where they are bars, not boxes with cells.
+        """
         left = x
         for kind in kinds:
             look = look_of(kind)
             width = 34 + text_width(look.label, 10) + 16
             if left > x and left + width > x + limit:
                 left, y = x, y + 20
-            if kind == "fifo":
+            if kind == "fifo" and fifo_paint:
+                self.box(left, y + 2, 26, 10, replace(look, fill=fifo_paint))
+            elif kind == "fifo":
                 self.stripes(left, y, 26, 13)
             else:
                 self.box(left, y, 26, 13, look)

@@ -6,7 +6,6 @@ Also home of what both emulators share: the arithmetic they run on, and the way 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from graphlib import TopologicalSorter
 from typing import Any, Protocol
 
@@ -93,11 +92,11 @@ def _evaluate(
 def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Return the samples to encode and which of them are in range.
 
-    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`; the ends are rounded to doubles.
+    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`.
     Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
     the arithmetic never sees what it need not hold.
     """
-    ranges: dict[str, Mapping[str, str]] = {item["name"]: item for item in plan.problem["inputs"]}
+    ranges: dict[str, Mapping[str, float]] = {item["name"]: item for item in plan.problem["inputs"]}
     missing = [name for name in ranges if name not in inputs]
     if missing:
         raise ValueError(f"missing inputs: {', '.join(missing)}")
@@ -109,7 +108,7 @@ def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floa
     in_range = np.ones(shape, dtype=np.bool_)
     samples: dict[str, Floats] = {}
     for name, array in arrays.items():
-        lo, hi = (float(Fraction(ranges[name][end])) for end in ("lo", "hi"))
+        lo, hi = (ranges[name][end] for end in ("lo", "hi"))
         inside = (lo <= array) & (array <= hi)
         samples[name] = np.where(inside, array, lo)
         in_range &= inside

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,6 @@ from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
 Floats = NDArray[np.float64]
 
 MAX_ROWS = 10_000_000
-
-
-def bounds(problem: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """Return the range of each input as the nearest doubles, from the `problem` part of a plan."""
-    return {i["name"]: (float(Fraction(i["lo"])), float(Fraction(i["hi"]))) for i in problem["inputs"]}
 
 
 def draw(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, Floats]:
@@ -36,8 +30,9 @@ def draw(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, Floats]
         rows = generator.integers(0, len(next(iter(columns.values()))), count)
         return {item["name"]: columns[item["name"]][rows] for item in problem["inputs"]}
     drawn = {}
-    for name, (lo, hi) in bounds(problem).items():
-        drawn[name] = np.clip(lo + (hi - lo) * generator.random(count), lo, hi)
+    for item in problem["inputs"]:
+        lo, hi = item["lo"], item["hi"]
+        drawn[item["name"]] = np.clip(lo + (hi - lo) * generator.random(count), lo, hi)
     return drawn
 
 

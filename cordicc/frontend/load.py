@@ -116,7 +116,7 @@ class _Loader:
         self.scope = Scope(Builder(), report)
         self.constants: dict[str, Fraction] = {}
         self.inputs: list[InputSpec] = []
-        self.failed_inputs: set[str] = set()
+        self.input_spans: dict[str, Span] = {}
 
     def full(self) -> bool:
         return len(self.report.diagnostics) >= MAX_ERRORS
@@ -169,7 +169,7 @@ class _Loader:
                 return
             if not check_name(key, self.scope):
                 continue
-            number = read_constant(value, f"the constant '{key.value}'", self.scope, self.places)
+            number = read_constant(value, f"the constant '{key.value}'", self.scope, self.places, key.value)
             self.scope.later.pop(key.value, None)
             constant = None if number is None else self.scope.builder.const(number)
             self.scope.define(key.value, constant, key.span.line)
@@ -196,6 +196,7 @@ class _Loader:
         for key, spec in specs:
             # an input without a valid range is an input nevertheless: its uses are fine
             self.scope.define(key.value, self.scope.builder.input(key.value), key.span.line)
+            self.input_spans[key.value] = key.span
             if spec is not None:
                 self.inputs.append(spec)
 
@@ -349,9 +350,8 @@ class _Loader:
                 self.report.warning("W102", message, defined.spans[equation.target])
         for spec in self.inputs:
             if spec.name not in needed:
-                line = self.scope.lines[spec.name]
                 message = f"the input '{spec.name}' is not used"
-                self.report.warning("W103", message, Span(line, 1, 2))
+                self.report.warning("W103", message, self.input_spans[spec.name])
 
 
 def _uses(node: YamlNode) -> frozenset[str]:

@@ -19,6 +19,8 @@ INVERSE_CIRCULAR = frozenset({"asin", "acos", "atan", "atan2"})
 def emit(builder: Builder, op: str, operands: Sequence[Value], params: Sequence[Param] = ()) -> Value:
     """Return the result of an operation, folded if all operands are constants; raises FoldError."""
     numbers = [builder.constant(v) for v in operands]
+    if op == "div" and numbers[1] == 0:
+        raise FoldError("division by zero")
     known = [n for n in numbers if n is not None]
     if len(known) == len(numbers):
         return builder.const(fold(op, params, known))

@@ -70,8 +70,10 @@ def check_name(key: YamlNode, scope: Scope) -> bool:
     return scope.check_new(key.value, key.span, key.span.line)
 
 
-def read_constant(node: YamlNode, what: str, scope: Scope, places: Places) -> Fraction | None:
-    """Return the number of a constant expression; None after a diagnostic."""
+def read_constant(
+    node: YamlNode, what: str, scope: Scope, places: Places, target: str | None = None
+) -> Fraction | None:
+    """Return the number of a constant expression, that of `target` if given; None after a diagnostic."""
     if node.kind is not NodeKind.SCALAR or node.is_null:
         scope.report.error("E202", wanted(what, "a number or constant expression", node), node.span)
         return None
@@ -81,7 +83,7 @@ def read_constant(node: YamlNode, what: str, scope: Scope, places: Places) -> Fr
     except ExpressionError as error:
         text.report(scope.report, error)
         return None
-    value = lower(expr, scope, text)
+    value = lower(expr, scope, text, target)
     if value is None:
         return None
     number = scope.builder.constant(value)

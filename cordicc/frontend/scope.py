@@ -81,18 +81,20 @@ class Scope:
         return did_you_mean(name, [*self.values, *CONSTANT_NAMES])
 
     def _report_early(self, name: Name, text: Text, target: str | None) -> None:
+        if any({name.name, target} <= cycle for cycle in self.cycles_reported):
+            return
         cycle = shortest_path(name.name, target, {n: uses for n, (_, uses) in self.later.items()})
         if cycle and target is not None:
             members = frozenset(cycle)
             if members not in self.cycles_reported:
                 self.cycles_reported.add(members)
                 shown = " -> ".join([target, *cycle])
-                hint = "eliminate all but one of the unknowns by hand: equations are solved one at a time"
+                hint = "definitions take effect in their order: eliminate by hand what makes the circle"
                 self.report.error("E206", f"cyclic dependency: {shown}", text.span(name.at), hint)
             return
         line = self.later[name.name][0]
         message = f"'{name.name}' is used before it is defined (line {line})"
-        self.report.error("E205", message, text.span(name.at), "equations take effect in their order")
+        self.report.error("E205", message, text.span(name.at), "definitions take effect in their order")
 
     def check_new(self, name: str, span: Span, line: int) -> bool:
         """Report whether a name may be defined here."""

@@ -15,28 +15,14 @@ from cordicc.frontend.lexer import ExpressionError, Kind, Token, tokenize
 
 MAX_NESTING = 100
 
-FUNCTIONS: dict[str, tuple[int, int | None]] = dict.fromkeys(
-    [
-        "sqrt",
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "sinh",
-        "cosh",
-        "tanh",
-        "asinh",
-        "acosh",
-        "atanh",
-        "exp",
-        "log",
-        "abs",
-        "sign",
-    ],
-    (1, 1),
-) | {"hypot": (2, 2), "atan2": (2, 2), "min": (2, None), "max": (2, None)}
+_OF_ONE = "sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log abs sign"
+FUNCTIONS: dict[str, tuple[int, int | None]] = {
+    **dict.fromkeys(_OF_ONE.split(), (1, 1)),
+    "hypot": (2, 2),
+    "atan2": (2, 2),
+    "min": (2, None),
+    "max": (2, None),
+}
 """The functions and how many arguments they take (None: any number)."""
 
 CONSTANT_NAMES = ("pi", "deg")
@@ -261,19 +247,24 @@ class _Parser:
 
     def expression(self, binding: int) -> Expr:
         """Return the longest expression whose operators bind tighter than `binding`."""
-        self.depth += 1
-        if self.depth > MAX_NESTING:
-            raise _error("E104", f"the expression is nested more than {MAX_NESTING} deep", self.current)
         left = self.prefix()
         while (strength := _BINDING.get(self.current.text, 0)) > binding:
             if strength == _POWER:
                 self.advance()
-                right = self.expression(_POWER - 1)
+                right = self.nested(_POWER - 1)
                 left = Power(left, right, (left.at[0], right.at[1]))
             else:
                 left = self.chain(left, strength)
-        self.depth -= 1
         return left
+
+    def nested(self, binding: int) -> Expr:
+        """Return an expression one level deeper; raises ExpressionError beyond the limit."""
+        self.depth += 1
+        if self.depth > MAX_NESTING:
+            raise _error("E104", f"the expression is nested more than {MAX_NESTING} deep", self.current)
+        inner = self.expression(binding)
+        self.depth -= 1
+        return inner
 
     def chain(self, first: Expr, strength: int) -> Expr:
         """Return the n-ary sum or product that starts with `first`."""
@@ -294,12 +285,12 @@ class _Parser:
             return self.call(token) if self.current.text == "(" else self.name(token)
         if token.text in ("-", "+"):
             self.advance()
-            operand = self.expression(_UNARY)
+            operand = self.nested(_UNARY)
             at = (token.start, operand.at[1])
             return Neg(operand, at) if token.text == "-" else replace(operand, at=at)
         if token.text == "(":
             self.open.append(self.advance())
-            inner = self.expression(0)
+            inner = self.nested(0)
             return replace(inner, at=(token.start, self.close()))
         self.refuse_foreign_operator()
         raise self.missing("an operand")
@@ -316,10 +307,10 @@ class _Parser:
         self.open.append(self.advance())
         args: list[Expr] = []
         if self.current.text != ")":
-            args.append(self.expression(0))
+            args.append(self.nested(0))
             while self.current.text == ",":
                 self.advance()
-                args.append(self.expression(0))
+                args.append(self.nested(0))
         end = self.close()
         least, most = FUNCTIONS[token.text]
         if len(args) < least or (most is not None and len(args) > most):

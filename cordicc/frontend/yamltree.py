@@ -304,6 +304,8 @@ class _TreeBuilder:
                 self.report.error("E102", message, key.span)
                 continue
             found[key.value] = key
+            if value.start >= value.end:
+                value = replace(value, span=key.span)  # the reader places an absent value at the next token
             pairs.append((key, value))
         return tuple(pairs)
 

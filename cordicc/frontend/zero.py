@@ -95,25 +95,8 @@ def _terms(nodes: Sequence[Node], order: Sequence[int]) -> int:
     return max(counts.values())
 
 
-_DIRECT = frozenset(
-    [
-        "sqrt",
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "sinh",
-        "cosh",
-        "tanh",
-        "asinh",
-        "acosh",
-        "atanh",
-        "exp",
-        "log",
-    ]
-)
+_WITH_ALGEBRA = "sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log"
+_DIRECT = frozenset(_WITH_ALGEBRA.split())
 
 
 def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:

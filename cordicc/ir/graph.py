@@ -104,7 +104,8 @@ class Builder:
         if definition.commutative:
             operands = tuple(sorted(operands))
         node = Node(op, tuple(params), operands, self.origin)
-        assert len(operands) == definition.arity and len(node.params) == len(definition.params), node
+        assert len(operands) == definition.arity, node
+        assert len(node.params) == len(definition.params), node
         index = self._index.get(node)
         if index is None:
             index = self._index[node] = len(self.nodes)

@@ -24,9 +24,17 @@ Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit coun
 Result = Real | None
 _WORKING = (PRECISION, "n")
 
-_add = lambda a, b: libmp.mpf_add(a, b, *_WORKING)  # noqa: E731
-_sub = lambda a, b: libmp.mpf_sub(a, b, *_WORKING)  # noqa: E731
-_mul = lambda a, b: libmp.mpf_mul(a, b, *_WORKING)  # noqa: E731
+
+def _add(a: Real, b: Real) -> Real:
+    return libmp.mpf_add(a, b, *_WORKING)
+
+
+def _sub(a: Real, b: Real) -> Real:
+    return libmp.mpf_sub(a, b, *_WORKING)
+
+
+def _mul(a: Real, b: Real) -> Real:
+    return libmp.mpf_mul(a, b, *_WORKING)
 
 
 def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -171,7 +179,7 @@ def _square(a: Real) -> Real:
 
 
 def _circular_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
-    """theta = atan2(A, B) +- acos(C / sqrt(A^2 + B^2)), the contract's formula."""
+    """Return atan2(A, B) +- acos(C / sqrt(A^2 + B^2))."""
     radius = _hypot(A, B)
     centre, ratio = _atan2(A, B), _div(C, radius)
     if centre is None or ratio is None:
@@ -181,7 +189,7 @@ def _circular_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
 
 
 def _hyperbolic_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
-    """The logarithm of the root E > 0 of p E^2 - C E + q = 0, p = (B+A)/2, q = (B-A)/2.
+    """Return the logarithm of the root E > 0 of p E^2 - C E + q = 0, p = (B+A)/2, q = (B-A)/2.
 
     With |B| > |A| both roots have one sign and the branch picks one; else at most one is positive.
     """

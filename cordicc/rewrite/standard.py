@@ -22,7 +22,6 @@ class StandardChains:
 
     def apply(self, graph: Graph, context: Context) -> Graph:
         """Return the graph without implicit operations."""
-
         ranges = context.ranges(graph)
 
         def positive(site: Site, port: int) -> bool:
@@ -36,7 +35,8 @@ class StandardChains:
             m, branch = site.node.params
             if m == -1:
                 return _hyperbolic(site.builder, str(branch), *site.operands)
-            return _circular(site.builder, str(branch), *site.operands, positive(site, 0), positive(site, 1))
+            A, B, C = site.operands
+            return _circular(site.builder, str(branch), (A, positive(site, 0)), (B, positive(site, 1)), C)
 
         return transform(graph, rule)
 
@@ -48,8 +48,10 @@ def _vector(
 
 
 def _circular(
-    builder: Algebra, branch: str, A: Value, B: Value, C: Value, A_positive: bool, B_positive: bool
+    builder: Algebra, branch: str, sine: tuple[Value, bool], cosine: tuple[Value, bool], C: Value
 ) -> tuple[Value, ...]:
+    """Return angle and rest; the coefficients A and B come with whether they cannot be negative."""
+    (A, A_positive), (B, B_positive) = sine, cosine
     if builder.constant(A) == 0 and branch == "+" and B_positive:
         root = _vector(builder, -1, B, C)[0]
         return _vector(builder, 1, C, root)[1], root

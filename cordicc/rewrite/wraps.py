@@ -32,7 +32,7 @@ class DropWraps:
             made = graph.node(value)
             base = graph.node(made.operands[0]) if made.op == "neg" else made
             interval = ranges[value.node][value.result]
-            inside = interval is not None and -INSIDE <= interval.lo and interval.hi <= INSIDE
+            inside = interval is not None and interval.magnitude <= INSIDE
             return site.operands if base.op in PRINCIPAL or inside else None
 
         return transform(graph, rule)

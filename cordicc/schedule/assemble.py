@@ -54,7 +54,8 @@ def assemble(
         graph: leaves, arithmetic and unit operations only.
         target: the units and their latencies.
         limits: goals and limits.
-        problem, options: what the plan records of the problem and the command.
+        problem: what the plan records of the problem.
+        options: what it records of the command.
 
     Raises:
         InvalidInput: an initiation interval that is not supported.
@@ -82,7 +83,7 @@ def assemble(
                 Diagnostic(
                     "E402",
                     f"the plan needs {caus} CAUs, more than --max-processors {limits.max_processors}",
-                    hint=f"at initiation interval 1 every operation has a CAU of its own: --max-processors {caus}",
+                    hint=f"every operation has a CAU of its own; the least is --max-processors {caus}",
                 )
             ]
         )

@@ -59,7 +59,7 @@ def hostile() -> Plan:
         for op in plan.operations
     )
     problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
-    problem["inputs"] = [{"name": HOSTILE, "lo": "0", "hi": "1", "unit": HOSTILE}]
+    problem["inputs"] = [{"name": HOSTILE, "lo": 0, "hi": 1, "unit": HOSTILE}]
     outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
     return replace(
         plan,
@@ -335,6 +335,7 @@ class TestReport:
         [
             ("r", "x + 1", "r = x + 1"),
             ("r", "r = x", "r = x"),
+            ("t", "solve a*cos(t) = c for t", "solve a*cos(t) = c for t"),
             ("t", "a*cos(t) = c", "a*cos(t) = c    for t"),
         ],
     )

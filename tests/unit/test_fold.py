@@ -95,7 +95,9 @@ def test_outside_the_domain(op, params, args):
         fold(op, params, [Fraction(a) for a in args])
 
 
-@pytest.mark.parametrize("name", "sin cos tan asin acos atan sinh cosh tanh asinh atanh exp".split())
+@pytest.mark.parametrize(
+    "name", ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "atanh", "exp"]
+)
 def test_elementary_functions(name):
     x = Fraction(3, 10)
     with mpmath.workprec(300):

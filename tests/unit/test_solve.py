@@ -52,8 +52,8 @@ def test_corpus_agrees_with_its_expected_values(path):
     verify(problem.graph)
     assert [s.name for s in problem.inputs] == [n.params[0] for n in problem.graph.nodes if n.op == "input"]
     nodes = problem.graph.nodes
-    inputs = list(csv.DictReader(path.with_name(path.stem + ".inputs.csv").open()))
-    expected = list(csv.DictReader(path.with_name(path.stem + ".expected.csv").open()))
+    inputs = list(csv.DictReader(path.with_name(path.stem + ".inputs.csv").read_text().splitlines()))
+    expected = list(csv.DictReader(path.with_name(path.stem + ".expected.csv").read_text().splitlines()))
     for point, row in list(zip(inputs, expected, strict=True))[:200]:
         values = evaluate(nodes, range(len(nodes)), {k: float(v) for k, v in point.items()})
         for spec in problem.outputs:

@@ -1,0 +1,52 @@
+"""Fixtures and options that all tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+
+Golden = Callable[[str, str], None]
+"""Compares a text with the golden file of that path below `tests/golden`."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-golden",
+        action="store_true",
+        help="rewrite the golden files with what the tests produce; read the difference before you commit it",
+    )
+
+
+@pytest.fixture(scope="session")
+def corpus_dir() -> Path:
+    """The public corpus: problems, inputs and expected outputs."""
+    return TESTS / "corpus"
+
+
+@pytest.fixture(scope="session")
+def examples_dir() -> Path:
+    """The examples that ship with the project."""
+    return TESTS.parent / "examples"
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> Golden:
+    """`golden("stage/name.txt", text)` compares with that golden file; `--update-golden` rewrites it."""
+    update = request.config.getoption("--update-golden")
+
+    def compare(path: str, text: str) -> None:
+        file = TESTS / "golden" / path
+        if update:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8", newline="")
+            return
+        if not file.exists():
+            pytest.fail(f"no golden file {path}: run pytest with --update-golden", pytrace=False)
+        expected = file.read_bytes().decode("utf-8")
+        assert text == expected, f"differs from golden file {path}; if that is right: pytest --update-golden"
+
+    return compare
