@@ -19,6 +19,7 @@ from cordicc.ir.problem import Problem
 from cordicc.plan import Plan as PlanData
 from cordicc.plan_json import dump, parse
 from cordicc.schedule.assemble import Limits
+from cordicc.targets.model import DEFAULT_TARGET
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class Plan(PlanData):
 def compile(
     problem: str | Path,
     *,
-    target: str = pipeline.DEFAULT_TARGET,
+    target: str = DEFAULT_TARGET,
     units: str = "auto",
     minimize: str = "processors",
     ii: int = 1,

@@ -41,8 +41,7 @@ def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, 
         "name": problem.name,
         "description": problem.description,
         "inputs": [
-            {"name": i.name, "lo": float(i.lo), "hi": float(i.hi), "unit": i.unit}
-            for i in problem.inputs
+            {"name": i.name, "lo": float(i.lo), "hi": float(i.hi), "unit": i.unit} for i in problem.inputs
         ],
         "constants": {name: float(value) for name, value in problem.constants.items()},
         "equations": [{"target": e.target, "text": e.text} for e in problem.equations],
@@ -70,6 +69,7 @@ def check_domain(problem: Problem) -> list[Diagnostic]:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
     samples = sampling.draw(problem_data(problem, []), _DOMAIN_SAMPLES, 0)
+    _check_hyperbolic_case(problem, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [
         problem.graph.nodes[index] for index, results in enumerate(ranges) if all(r is None for r in results)
@@ -79,7 +79,6 @@ def check_domain(problem: Problem) -> list[Diagnostic]:
         message = f"'{nowhere[0].op}' in the equation of '{nowhere[0].origin}' has no value for any input"
         hint = None if line is None else f"line {line.line}: {line.text}"
         raise InvalidInput([Diagnostic("E320", message, hint=hint)])
-    _check_hyperbolic_case(problem, samples)
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
         return []

@@ -19,14 +19,14 @@ from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph
 from cordicc.ir.verify import verify as verify_graph
 from cordicc.plan import Plan
+from cordicc.plan_check import check_operations
 from cordicc.plan_json import dump
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.passes import default_passes
 from cordicc.schedule.assemble import Limits, assemble
 from cordicc.schedule.verify import verify as verify_plan
-from cordicc.targets.model import Target, load_target
+from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 
-DEFAULT_TARGET = "kinematic"
 DEFAULT_SAMPLES = 10_000
 DEFAULT_SEED = 0
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
@@ -83,7 +83,7 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
         target,
         options.limits,
         problem=problem_data(problem, warnings),
-        options=_recorded(options),
+        options=_recorded(path, options),
     )
     verify_plan(plan)
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
@@ -133,9 +133,10 @@ def _implicit_allowed(units: str, target: Target) -> bool:
     return available and units != "standard"
 
 
-def _recorded(options: Options) -> dict[str, Any]:
+def _recorded(path: Path, options: Options) -> dict[str, Any]:
     limits = options.limits
     return {
+        "file": path.name,
         "target": options.target if options.target.isidentifier() else Path(options.target).name,
         "units": options.units,
         "minimize": limits.minimize,
@@ -197,14 +198,15 @@ def check_plan(plan: Plan, name: str) -> Plan:
         InvalidInput: the plan contradicts itself.
     """
     try:
+        check_operations(plan)
         verify_plan(plan)
-        machine_of(plan)
         program = parse_graph(plan.problem["program"], name)
         verify_graph(program)
         inputs = {str(node.params[0]) for node in program.nodes if node.op == "input"}
         assert inputs == {item["name"] for item in plan.problem["inputs"]}, "the inputs of the program differ"
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
-    except (AssertionError, ValueError, KeyError, TypeError) as error:
+        functional_run.run(plan, machine_of(plan), sampling.draw(plan.problem, 1, DEFAULT_SEED))
+    except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
         message = f"the plan contradicts itself: {str(error).splitlines()[0] if str(error) else 'malformed'}"
         raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
     return plan

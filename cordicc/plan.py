@@ -6,10 +6,10 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from cordicc.targets.model import CAU_KINDS
+
 FORMAT = "cordicc-plan"
 VERSION = 1
-CAU_KINDS = ("standard", "implicit")
-"""The kinds of unit that are CORDIC arithmetic units (CAUs), the processors of a plan."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,8 @@ import json
 from collections.abc import Sequence
 
 from cordicc.emulate.accuracy import Comparison
-from cordicc.plan import CAU_KINDS, Plan
+from cordicc.plan import Plan
+from cordicc.targets.model import CAU_KINDS
 
 
 def _seconds(seconds: float) -> str:

@@ -174,7 +174,7 @@ def _direction(y: float, x: float) -> list[tuple[float, float]]:
     if x == 0 == y:
         return []
     if math.isinf(x) and math.isinf(y):
-        return _direction(y, 0.0) + _direction(math.copysign(0.0, y), x)
+        return _direction(y, 0.0) + _direction(math.copysign(1.0, y), x)
     if math.isinf(x):
         return [(0.0, 0.0)] if x > 0 else [(-PI_UP, -PI_DOWN)] if y < 0 else [(PI_DOWN, PI_UP)]
     if math.isinf(y):

@@ -145,7 +145,7 @@ def _log2(number: Scaled) -> Int64:
 
 
 def _vector_of(p: Scaled, q: Scaled, c: Scaled, bits: int) -> tuple[Int64, Int64, Int64, Int64]:
-    """Return (p - q, p + q, c) as a block with `bits` fraction bits, the largest in [1/2, 1], and its exponent."""
+    """Return (p - q, p + q, c) as a block below 1 with `bits` fraction bits, and the block's exponent."""
     sizes = [p.exponent + bits, q.exponent + bits, c.exponent + MANTISSA_BITS]
     largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2])
     wide = largest - (bits + _GUARD_BITS)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from mpmath import MPContext
+from mpmath import MPContext, libmp
 
 _PRECISION_BITS = 160
 _mp = MPContext()
@@ -186,8 +186,13 @@ def inverse_ln2_fixed(fraction_bits: int) -> int:
     return fixed(1 / _mp.ln2, fraction_bits)
 
 
+@cache
+def _inverse_turn() -> Any:
+    """Return 1/(2 pi) to more bits than any exponent of a single asks for."""
+    bits = 512
+    return libmp.mpf_div(libmp.fone, libmp.mpf_shift(libmp.mpf_pi(bits), 1), bits, "n")
+
+
 def turn_fixed(exponent: int, fraction_bits: int) -> int:
     """Return 2^exponent / (2 pi), the turns of that many radians, with a number of fraction bits."""
-    wide = MPContext()
-    wide.prec = max(64, exponent + fraction_bits + 32)
-    return int(wide.nint(wide.ldexp(1 / (2 * wide.pi), exponent + fraction_bits)))
+    return int(libmp.to_int(libmp.mpf_shift(_inverse_turn(), exponent + fraction_bits), "n"))

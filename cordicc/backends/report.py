@@ -79,7 +79,7 @@ def render(plan: Plan) -> str:
 
 def command(plan: Plan) -> str:
     """Return the command line that makes this plan again."""
-    words = ["cordicc", "compile", f"{plan.name}.yaml"]
+    words = ["cordicc", "compile", plan.options.get("file", f"{plan.name}.yaml")]
     for name in RECORDED_OPTIONS:
         value = plan.options.get(name)
         if value is not None:

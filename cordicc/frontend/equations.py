@@ -49,6 +49,8 @@ class Defined:
     uses: dict[str, frozenset[str]] = field(default_factory=dict)
     forms: dict[str, LinearForm] = field(default_factory=dict)
     spans: dict[str, Span] = field(default_factory=dict)
+    targets: list[str] = field(default_factory=list)
+    order: dict[str, int] = field(default_factory=dict)
 
 
 def parse_equations(node: YamlNode, places: Places, report: Report) -> list[ParsedEquation]:
@@ -160,6 +162,8 @@ def define_equations(parsed: Sequence[ParsedEquation], scope: Scope, zeros: Zero
         scope.later.pop(target, None)
         scope.define(target, value, line)
         defined.equations.append(Equation(target, equation.written, line))
+        defined.order[target] = len(defined.targets)
+        defined.targets.append(target)
         defined.uses[target] = equation.uses
         defined.spans[target] = equation.span
         defined.forms[target] = form or LinearForm()

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from heapq import heappop, heappush
 from pathlib import Path
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
@@ -345,11 +346,11 @@ class _Loader:
             needed |= fresh
             todo.extend(fresh)
         for equation in defined.equations:
-            if equation.target not in needed:
+            if equation.target not in needed and not self.full():
                 message = f"'{equation.target}' is not needed for any output"
                 self.report.warning("W102", message, defined.spans[equation.target])
         for spec in self.inputs:
-            if spec.name not in needed:
+            if spec.name not in needed and not self.full():
                 message = f"the input '{spec.name}' is not used"
                 self.report.warning("W103", message, self.input_spans[spec.name])
 
@@ -368,14 +369,18 @@ def _shown(number: Fraction) -> str:
 
 def _is_angle(output: str, defined: Defined) -> bool:
     """Return whether an integer multiple of an inverse circular function takes part in the sum."""
+    order, targets = defined.order, defined.targets
     multiples = {output: Fraction(1)}
-    for equation in reversed(defined.equations):
-        multiple = multiples.pop(equation.target, Fraction(0))
-        form = defined.forms[equation.target]
-        if multiple == 0:
-            continue
+    todo = [-order[output]] if output in order else []
+    while todo:
+        target = targets[-heappop(todo)]
+        multiple = multiples.pop(target)
+        form = defined.forms[target]
         if any(k * multiple and (k * multiple).denominator == 1 for k in form.angles):
             return True
         for name, k in form.names.items():
-            multiples[name] = multiples.get(name, Fraction(0)) + k * multiple
+            if name in order:
+                if name not in multiples:
+                    heappush(todo, -order[name])
+                multiples[name] = multiples.get(name, Fraction(0)) + k * multiple
     return False

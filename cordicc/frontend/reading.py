@@ -9,7 +9,7 @@ from fractions import Fraction
 from cordicc.diagnostics import Report
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import lower
-from cordicc.frontend.scope import Scope, Text, did_you_mean
+from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, did_you_mean
 from cordicc.frontend.syntax import parse_expression
 from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 
@@ -30,7 +30,7 @@ def entry(node: YamlNode, key: str) -> YamlNode | None:
 def check_keys(node: YamlNode, known: Sequence[str], report: Report) -> None:
     """Report the keys of a mapping that are not known."""
     for key, _ in node.pairs:
-        if key.value not in known:
+        if key.value not in known and len(report.diagnostics) < MAX_ERRORS:
             hint = did_you_mean(key.value, known) or "the keys are " + ", ".join(known)
             report.error("E201", f"unknown key '{key.value}'", key.span, hint)
 

@@ -143,11 +143,16 @@ def _sign(a: Real) -> Real:
     return libmp.from_int(libmp.mpf_sign(a))
 
 
+_PI = libmp.mpf_pi(2 * PRECISION)
+_MINUS_PI = libmp.mpf_neg(_PI)
+_TURN = libmp.mpf_shift(_PI, 1)
+
+
 def _wrap(a: Real) -> Real:
-    turn = libmp.mpf_shift(libmp.mpf_pi(2 * PRECISION), 1)
-    half = libmp.mpf_shift(turn, -1)
-    turns = libmp.mpf_ceil(libmp.mpf_div(_sub(a, half), turn, *_WORKING), *_WORKING)
-    return _sub(a, libmp.mpf_mul(turns, turn, 2 * PRECISION, "n"))
+    if _less(_MINUS_PI, a) and not _less(_PI, a):
+        return a
+    turns = libmp.mpf_ceil(libmp.mpf_div(_sub(a, _PI), _TURN, *_WORKING), *_WORKING)
+    return _sub(a, libmp.mpf_mul(turns, _TURN, 2 * PRECISION, "n"))
 
 
 def _power(exponent: Fraction) -> Callable[..., tuple[Result, ...]]:

@@ -9,6 +9,9 @@ from cordicc.ir.graph import Graph, Value
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.base import Context, Site, transform
 
+_SMALL = 2
+"""The largest |sinh t| for which t is taken from an area tangent: there sinh t cosh t < 5."""
+
 
 @dataclass(frozen=True, slots=True)
 class StandardChains:
@@ -29,10 +32,19 @@ class StandardChains:
             interval = ranges[value.node][value.result]
             return interval is not None and (interval.lo > 0 or graph.node(value).op == "abs")
 
+        def small(site: Site) -> bool:
+            """Tell whether |C| <= 2 |A| over the whole range."""
+            A, C = (ranges[v.node][v.result] for v in (site.node.operands[0], site.node.operands[2]))
+            if A is None or C is None or A.lo <= 0 <= A.hi:
+                return False
+            return C.magnitude <= _SMALL * min(abs(A.lo), abs(A.hi))
+
         def rule(site: Site) -> tuple[Value, ...] | None:
             if site.node.op != "implicit":
                 return None
             m, branch = site.node.params
+            if m == -1 and site.builder.constant(site.operands[1]) == 0 and small(site):
+                return _small_area_sine(site.builder, site.operands[0], site.operands[2])
             if m == -1:
                 return _hyperbolic(site.builder, str(branch), *site.operands)
             A, B, C = site.operands
@@ -61,6 +73,16 @@ def _circular(
     radius, psi = _vector(builder, 1, B, A)
     root = _vector(builder, -1, radius, C)[0]
     return _vector(builder, 1, C, root, psi, 1 if branch == "+" else -1)[1], root
+
+
+def _small_area_sine(builder: Algebra, A: Value, C: Value) -> tuple[Value, ...]:
+    """Return t = asinh(C/A) as atanh(C / sqrt(C^2 + A^2)), and the root.
+
+    An error of the root moves t by its relative error times sinh t cosh t: none where t is small, as
+    the logarithm would, but without limit where t is large.
+    """
+    root = _vector(builder, 1, C, A)[0]
+    return _vector(builder, -1, root, builder.flip(C, A))[1], root
 
 
 def _hyperbolic(builder: Algebra, branch: str, A: Value, B: Value, C: Value) -> tuple[Value, ...]:

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from cordicc.arith.machine import Arithmetic
 from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.ir.graph import Graph, Node, Param, Value
 from cordicc.ir.ops import Level
-from cordicc.plan import CAU_KINDS, Operand, Operation, Plan, Unit
+from cordicc.plan import Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
 from cordicc.schedule.fifo_lp import solve
 from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem, Sink, Task
 from cordicc.schedule.problem import Value as Wire
-from cordicc.targets.model import Target, function_name
+from cordicc.targets.model import CAU_KINDS, Target, function_name
 
 _SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 
@@ -71,7 +70,7 @@ def assemble(
                 )
             ]
         )
-    arithmetic = Arithmetic.from_spec(target.arithmetic)
+    arithmetic = target.machine()
     names = _names(graph)
     operations = [
         _operation(graph, index, names, target, arithmetic.format.constant_text) for index in sorted(names)
@@ -100,7 +99,7 @@ def assemble(
     return Plan(
         name=problem["name"],
         description=problem["description"],
-        target=_embedded(target),
+        target=target.embedded(),
         problem=dict(problem),
         options=dict(options),
         initiation_interval=1,
@@ -113,17 +112,6 @@ def assemble(
         optimal={"processors": True, **schedule.optimal},
         bounds={"processors": caus, **schedule.bounds},
     )
-
-
-def _embedded(target: Target) -> dict[str, Any]:
-    """Return what a plan keeps of its target: enough to run it without the target's file."""
-    return {
-        "name": target.name,
-        "description": target.description,
-        "clock_hz": target.clock_hz,
-        "angle_unit": target.angle_unit,
-        "arithmetic": target.arithmetic,
-    }
 
 
 def _solve(problem: SchedulingProblem, limits: Limits) -> Schedule:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cordicc.plan import CAU_KINDS, Fifo, Operation, Plan
+from cordicc.plan import Fifo, Operation, Plan
+from cordicc.targets.model import CAU_KINDS
 
 
 @dataclass(frozen=True, slots=True)

@@ -240,3 +240,34 @@ def test_provably_undefined(op, params, operands):
 def test_an_interval_must_be_one(lo, hi):
     with pytest.raises(ValueError, match="not an interval"):
         Interval(lo, hi)
+
+
+def test_interval_queries():
+    interval = Interval(-3.0, 1.0)
+    assert interval.magnitude == 3
+    assert interval.finite
+    assert 0.5 in interval
+    assert 2 not in interval
+    assert interval.union(Interval(2, 4)) == Interval(-3, 4)
+    assert interval.intersect(Interval(2, 4)) is None
+
+
+@pytest.mark.parametrize(
+    ("op", "operands", "lo", "hi"),
+    [
+        ("mul", [(0, math.inf), (-2, 3)], -math.inf, math.inf),
+        ("div", [(1, math.inf), (1, math.inf)], 0, math.inf),
+        ("div", [(1, 2), (2, math.inf)], 0, 1),
+        ("wrap", [(0, math.inf)], -math.pi, math.pi),
+        ("sin", [(-math.inf, 0)], -1, 1),
+        ("exp", [(-math.inf, 1000)], 0, math.inf),
+        ("tanh", [(-math.inf, math.inf)], -1, 1),
+        ("rotate", [(1, 1), (0, 0), (-math.inf, math.inf)], -1, 1),
+        ("atan2", [(-math.inf, -1), (-math.inf, -1)], -math.pi, -math.pi / 2),
+    ],
+)
+def test_unbounded_operands(op, operands, lo, hi):
+    params = (1,) if op == "rotate" else ()
+    result = evaluate(op, params, [Interval(*o) for o in operands])[0]
+    assert result is not None
+    assert (result.lo, result.hi) == pytest.approx((lo, hi), abs=1e-14)

@@ -8,19 +8,19 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
-    {"cli"},
+    {"cli", "__main__"},
     {"api", "summary"},
     {"pipeline"},
     {"checks"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
-    {"plan", "plan_json"},
+    {"plan", "plan_check", "plan_json"},
     {"targets"},
     {"ir"},
     {"arith"},
     {"diagnostics", "files"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
-TOGETHER = [{"plan", "plan_json"}, {"diagnostics", "files"}]
+TOGETHER = [{"cli", "__main__"}, {"plan", "plan_json"}, {"plan", "plan_check"}, {"diagnostics", "files"}]
 
 
 def imports(path: Path) -> set[str]:

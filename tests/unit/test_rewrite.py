@@ -16,8 +16,11 @@ from cordicc.ir.verify import verify
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.passes import default_passes
 
-UNARY = ("sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log abs neg sign wrap").split()
-BINARY = "add sub mul div hypot atan2 min max".split()
+UNARY = (
+    *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    *("exp", "log", "abs", "neg", "sign", "wrap"),
+)
+BINARY = ["add", "sub", "mul", "div", "hypot", "atan2", "min", "max"]
 NAMES = ("x", "y", "w")
 
 
