@@ -73,6 +73,13 @@ def main() -> None:
     show_default=True,
     help="The first goal; the others follow in this order.",
 )
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    expose_value=False,
+    help="Emergency stop of searches; planning at interval 1 is exact without one, so nothing to stop.",
+)
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no summary.")

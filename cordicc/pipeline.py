@@ -71,6 +71,14 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
+    planned = plan_file(path, options, watch)
+    # The finished plan is run: its accuracy figures are those of the bits it would produce.
+    plan, more = observe(planned.plan)
+    return Compiled(plan, (*planned.warnings, *more))
+
+
+def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
+    """Compile a problem file without running the plan: `compile_file` without accuracy figures."""
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     problem, warnings = read_problem(path)
     target = load_target(options.target)
@@ -86,9 +94,7 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
         options=_recorded(path, options),
     )
     verify_plan(plan)
-    # The finished plan is run: its accuracy figures are those of the bits it would produce.
-    plan, more = observe(plan)
-    return Compiled(plan, (*warnings, *more))
+    return Compiled(plan, tuple(warnings))
 
 
 def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None = None) -> Graph:

@@ -6,7 +6,7 @@ Each operation is evaluated as it is defined in `cordicc.ir.ops`, by mpmath's fl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 from mpmath import libmp
 from mpmath.libmp import fone, fzero
 
-from cordicc.ir.graph import Graph, Node
+from cordicc.ir.graph import Graph, Value
 
 PRECISION = 113
 """Significand bits of the evaluation, those of IEEE quadruple precision."""
@@ -49,28 +49,45 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, 
         have no value; and which samples are valid: every operation of the graph has its value.
     """
     count = len(next(iter(inputs.values()))) if inputs else 1
-    program = [(_compile(node), [(v.node, v.result) for v in node.operands]) for node in graph.nodes]
-    inputs_at = [
-        (i, [libmp.from_float(x) for x in inputs[str(node.params[0])].tolist()])
-        for i, node in enumerate(graph.nodes)
-        if node.op == "input"
-    ]
-    outputs = {name: np.full(count, np.nan) for name in graph.outputs}
-    valid = np.zeros(count, dtype=bool)
-    values: list[tuple[Result, ...]] = [(None,)] * len(graph.nodes)
+    slot = _slots(graph)
+    values: list[Result] = [None] * len(slot)
+    columns = []
+    program = []
+    for index, node in enumerate(graph.nodes):
+        first = slot[Value(index)]
+        if node.op == "input":
+            columns.append((first, [libmp.from_float(x) for x in inputs[str(node.params[0])].tolist()]))
+        elif node.op == "const":
+            values[first] = from_fraction(Fraction(node.params[0]))
+        else:
+            many = len(node.definition.results) > 1
+            program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
+    wanted = [(outputs_column, slot[value]) for outputs_column, value in enumerate(graph.outputs.values())]
+    results = np.full((len(wanted), count), np.nan)
     for sample in range(count):
-        for index, numbers in inputs_at:
-            values[index] = (numbers[sample],)
-        for index, (function, operands) in enumerate(program):
-            if function is not None:
-                arguments = [values[node][result] for node, result in operands]
-                values[index] = (None, None) if None in arguments else function(*arguments)
-        results = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
-        valid[sample] = None not in results.values()
-        for name, result in results.items():
+        for at, numbers in columns:
+            values[at] = numbers[sample]
+        for function, operands, at, many in program:
+            arguments = [values[operand] for operand in operands]
+            made = None if None in arguments else function(*arguments)
+            if many:
+                values[at], values[at + 1] = made or (None, None)
+            else:
+                values[at] = made
+        for row, at in wanted:
+            result = values[at]
             if result is not None:
-                outputs[name][sample] = libmp.to_float(result, rnd="n")
-    return outputs, valid
+                results[row, sample] = libmp.to_float(result, rnd="n")
+    return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def _slots(graph: Graph) -> dict[Value, int]:
+    """Return a number for each result of each node, those of one node side by side."""
+    slots: dict[Value, int] = {}
+    for index, node in enumerate(graph.nodes):
+        for result in range(len(node.definition.results)):
+            slots[Value(index, result)] = len(slots)
+    return slots
 
 
 @lru_cache(maxsize=4096)
@@ -79,24 +96,13 @@ def from_fraction(number: Fraction) -> Real:
     return libmp.from_rational(number.numerator, number.denominator, *_WORKING)
 
 
-def _compile(node: Node) -> Callable[..., tuple[Result, ...]] | None:
-    """Return the function from the node's operands to its results; None for an input."""
-    if node.op == "input":
-        return None
-    return _FUNCTIONS[node.op](*node.params)
+def _plain(function: Callable[..., Result]) -> Callable[[], Callable[..., Result]]:
+    """Make a table row of an operation without parameters."""
+    return lambda: function
 
 
-def _plain(function: Callable[..., Result]) -> Callable[[], Callable[..., tuple[Result, ...]]]:
-    """Make a table row from a function of operands to one result."""
-
-    def row() -> Callable[..., tuple[Result, ...]]:
-        return lambda *operands: (function(*operands),)
-
-    return row
-
-
-def _unary(function: Callable[..., Real]) -> Callable[[], Callable[..., tuple[Result, ...]]]:
-    return _plain(lambda a: function(a, *_WORKING))
+def _unary(function: Callable[..., Real]) -> Callable[[], Callable[..., Result]]:
+    return lambda: lambda a: function(a, PRECISION, "n")
 
 
 def _negative(a: Real) -> bool:
@@ -155,28 +161,33 @@ def _wrap(a: Real) -> Real:
     return _sub(a, libmp.mpf_mul(turns, _TURN, 2 * PRECISION, "n"))
 
 
-def _power(exponent: Fraction) -> Callable[..., tuple[Result, ...]]:
+def _power(exponent: Fraction) -> Callable[[Real], Result]:
     whole = exponent.numerator if exponent.denominator == 1 else None
 
-    def power(a: Real) -> tuple[Result]:
+    def power(a: Real) -> Result:
         if a == fzero and exponent < 0:
-            return (None,)
+            return None
         if whole is not None:
-            return (libmp.mpf_pow_int(a, whole, *_WORKING),)
+            return libmp.mpf_pow_int(a, whole, *_WORKING)
         root = _sqrt(a)
-        return (None if root is None else libmp.mpf_pow_int(root, exponent.numerator, *_WORKING),)
+        return None if root is None else libmp.mpf_pow_int(root, exponent.numerator, *_WORKING)
 
     return power
 
 
-def _guard(condition: str) -> Callable[..., tuple[Result, ...]]:
+def _scale(factor: Fraction) -> Callable[[Real], Real]:
+    number = from_fraction(factor)
+    return lambda a: libmp.mpf_mul(a, number, PRECISION, "n")
+
+
+def _guard(condition: str) -> Callable[[Real, Real], Result]:
     holds: Callable[[Real], bool] = {
         "any": lambda s: True,
         "nonzero": lambda s: s != fzero,
         "nonnegative": lambda s: not _negative(s),
         "positive": lambda s: s != fzero and not _negative(s),
     }[condition]
-    return lambda a, s: (a if holds(s) else None,)
+    return lambda a, s: a if holds(s) else None
 
 
 def _square(a: Real) -> Real:
@@ -219,9 +230,9 @@ def _hyperbolic_solution(branch: str, A: Real, B: Real, C: Real) -> Result:
     return None
 
 
-def _solve(m: int, branch: str) -> Callable[..., tuple[Result, ...]]:
+def _solve(m: int, branch: str) -> Callable[[Real, Real, Real], Result]:
     solution = _circular_solution if m == 1 else _hyperbolic_solution
-    return lambda A, B, C: (solution(branch, A, B, C),)
+    return lambda A, B, C: solution(branch, A, B, C)
 
 
 def _solve_pair(A1: Real, B1: Real, C1: Real, A2: Real, B2: Real, C2: Real) -> Result:
@@ -280,18 +291,12 @@ def _lightcone(u: Real, v: Real) -> tuple[Result, Result]:
     return _sqrt(_mul(u, v)), None if angle is None else libmp.mpf_shift(angle, -1)
 
 
-def _constant(number: Fraction) -> Callable[..., tuple[Result, ...]]:
-    result = (from_fraction(number),)
-    return lambda: result
-
-
-_FUNCTIONS: dict[str, Callable[..., Callable[..., tuple[Result, ...]]]] = {
-    "const": _constant,
+_FUNCTIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "add": _plain(_add),
     "sub": _plain(_sub),
     "mul": _plain(_mul),
-    "cmul": lambda factor: lambda a: (_mul(a, from_fraction(factor)),),
-    "shift": lambda exponent: lambda a: (libmp.mpf_shift(a, int(exponent)),),
+    "cmul": _scale,
+    "shift": lambda exponent: lambda a: libmp.mpf_shift(a, int(exponent)),
     "neg": _plain(libmp.mpf_neg),
     "abs": _plain(libmp.mpf_abs),
     "sign": _plain(_sign),
@@ -321,14 +326,9 @@ _FUNCTIONS: dict[str, Callable[..., Callable[..., tuple[Result, ...]]]] = {
     "exp": _unary(libmp.mpf_exp),
     "log": _plain(_log),
     "solve": _solve,
-    "solve_pair": lambda: lambda *operands: (_solve_pair(*operands),),
+    "solve_pair": _plain(_solve_pair),
     "rotate": _rotate,
     "vector": _vector,
     "lightcone": lambda: _lightcone,
     "implicit": _implicit,
 }
-
-
-def operations() -> Sequence[str]:
-    """Return the names of the operations that can be evaluated (all but `input`)."""
-    return tuple(_FUNCTIONS)

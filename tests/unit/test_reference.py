@@ -1,0 +1,70 @@
+"""The high-precision evaluation, against the independent constant folding and against itself."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from cordicc.ir.fold import FoldError, fold
+from cordicc.ir.graph import Builder, Value
+from cordicc.ir.ops import OPS, Level
+from cordicc.ir.reference import evaluate
+
+PARAMS = {
+    "cmul": [(Fraction(-3, 7),)],
+    "shift": [(Fraction(-2),), (Fraction(3),)],
+    "pow": [(Fraction(n, 2),) for n in (-5, -2, 1, 3, 4)],
+    "guard": [(c,) for c in ("any", "nonzero", "nonnegative", "positive")],
+    "solve": [(1, "+"), (1, "-"), (-1, "+"), (-1, "-"), (-1, "none")],
+}
+CASES = [
+    (name, params)
+    for name, definition in OPS.items()
+    if definition.level in (Level.ARITHMETIC, Level.FUNCTION)
+    for params in PARAMS.get(name, [()])
+]
+POINTS = [Fraction(n, 4) for n in (-9, -4, -2, -1, 0, 1, 3, 4, 6)]
+
+
+@pytest.mark.parametrize(("op", "params"), CASES)
+def test_agrees_with_constant_folding(op: str, params: tuple) -> None:
+    """On rational points, edges of domains among them, both say the same, or both say nothing."""
+    arity = OPS[op].arity
+    generator = np.random.default_rng(5)
+    chosen = generator.integers(0, len(POINTS), (120, arity))
+    rows = [[POINTS[i] for i in row] for row in chosen]
+    builder = Builder()
+    operands = [builder.input(f"x{i}") for i in range(arity)]
+    graph = builder.build({"out": builder.emit(op, operands, params)})
+    inputs = {f"x{i}": np.array([float(row[i]) for row in rows]) for i in range(arity)}
+    value, valid = evaluate(graph, inputs)
+    for index, row in enumerate(rows):
+        try:
+            expected = fold(op, params, row)
+        except FoldError:
+            assert not valid[index], row
+        else:
+            assert valid[index], row
+            assert value["out"][index] == pytest.approx(float(expected), rel=1e-15, abs=1e-30), row
+
+
+def test_correctly_rounded() -> None:
+    """1/3 + 1/3 + 1/3 is 1: the work is done in more than double precision."""
+    builder = Builder()
+    third = builder.emit("div", (builder.input("x"), builder.const(3)))
+    total = builder.emit("add", (builder.emit("add", (third, third)), third))
+    difference = builder.emit("sub", (total, builder.input("x")))
+    value, _ = evaluate(builder.build({"out": difference}), {"x": np.array([0.1, 7.0])})
+    assert np.all(np.abs(value["out"]) < 1e-32)
+
+
+def test_results_of_one_operation_fail_apart() -> None:
+    """The null vector has a length and no angle."""
+    builder = Builder()
+    zero, x = builder.const(0), builder.input("x")
+    made = builder.emit("vector", (x, x, zero), (1, 1))
+    graph = builder.build({"norm": made, "angle": Value(made.node, 1)})
+    value, valid = evaluate(graph, {"x": np.array([0.0])})
+    assert value["norm"][0] == 0
+    assert np.isnan(value["angle"][0])
+    assert not valid[0]
