@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 from cordicc.arith.intervals import Interval
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity
 from cordicc.emulate import sampling
-from cordicc.ir.graph import Graph
-from cordicc.ir.problem import Problem
+from cordicc.ir.graph import Graph, Value
+from cordicc.ir.problem import OutputSpec, Problem
 from cordicc.ir.ranges import value_ranges
 from cordicc.ir.reference import evaluate
-from cordicc.ir.text import print_graph
+from cordicc.record import problem_data
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
 
+_CORNERS = 256
 _PROBES = 24
 """Samples on which every rewriting is compared with the equations, besides its proofs."""
+
+_SHAKES = 16
 
 
 def input_intervals(problem: Problem) -> dict[str, Interval]:
@@ -34,61 +36,64 @@ def input_intervals(problem: Problem) -> dict[str, Interval]:
     }
 
 
-def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, Any]:
-    """Return what a plan records of its problem: enough to simulate and to judge without the file."""
-    samples = problem.samples
-    return {
-        "name": problem.name,
-        "description": problem.description,
-        "inputs": [
-            {"name": i.name, "lo": float(i.lo), "hi": float(i.hi), "unit": i.unit} for i in problem.inputs
-        ],
-        "constants": {name: float(value) for name, value in problem.constants.items()},
-        "equations": [{"target": e.target, "text": e.text} for e in problem.equations],
-        "outputs": [
-            {
-                "name": o.name,
-                "angle": o.is_angle,
-                "wrap": o.wrap,
-                "max_error": None if o.max_error is None else float(o.max_error),
-            }
-            for o in problem.outputs
-        ],
-        "program": print_graph(problem.graph),
-        "samples": None
-        if samples is None
-        else {"columns": {name: list(column) for name, column in samples.columns.items()}},
-        "warnings": [f"{w.code}: {w.message}" for w in warnings],
-    }
-
-
 def check_domain(problem: Problem) -> list[Diagnostic]:
-    """Look for inputs outside the domain of the equations.
+    """Look for inputs outside the domain of the equations, at random and at the corners of the ranges.
 
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
     samples = sampling.draw(problem_data(problem, []), _DOMAIN_SAMPLES, 0)
+    if problem.samples is None:
+        corners = _corners(problem)
+        samples = {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
     _check_hyperbolic_case(problem, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [
-        problem.graph.nodes[index] for index, results in enumerate(ranges) if all(r is None for r in results)
+        n for n, results in zip(problem.graph.nodes, ranges, strict=True) if all(r is None for r in results)
     ]
     if nowhere:
-        line = next((e for e in problem.equations if e.target == nowhere[0].origin), None)
-        message = f"'{nowhere[0].op}' in the equation of '{nowhere[0].origin}' has no value for any input"
-        hint = None if line is None else f"line {line.line}: {line.text}"
-        raise InvalidInput([Diagnostic("E320", message, hint=hint)])
+        message = f"'{nowhere[0].op}' has no value for any input{_where(problem, nowhere[0].origin)}"
+        raise InvalidInput([Diagnostic("E320", message)])
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
         return []
-    example = _example(samples, int(np.argmin(valid)))
+    example = f"for example {_example(samples, int(np.argmin(valid)))}"
     if not valid.any() and problem.samples is not None:
         message = "every row of the samples is outside the domain of the equations"
-        raise InvalidInput([Diagnostic("E321", message, hint=f"for example {example}")])
-    outside = int((~valid).sum())
-    message = f"{outside} of {len(valid)} samples of the inputs are outside the domain of the equations"
-    return [Diagnostic("W320", message, None, f"for example {example}", Severity.WARNING)]
+        raise InvalidInput([Diagnostic("E321", message, hint=example)])
+    share = int((~valid).sum()) / len(valid)
+    message = (
+        f"about {share:.1%} of the inputs are outside the domain of the equations{_culprit(problem, samples)}"
+    )
+    return [Diagnostic("W320", message, None, example, Severity.WARNING)]
+
+
+def _corners(problem: Problem) -> dict[str, np.ndarray]:
+    """Return corners of the box of the ranges: all of up to `_CORNERS`, else as many random ones."""
+    names = [spec.name for spec in problem.inputs]
+    if 2 ** len(names) <= _CORNERS:
+        bits = (np.arange(2 ** len(names))[:, None] >> np.arange(len(names))) & 1
+    else:
+        bits = np.random.Generator(np.random.PCG64(0)).integers(0, 2, (_CORNERS, len(names)))
+    ends = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
+    return {name: np.where(bits[:, i] == 1, ends[name][1], ends[name][0]) for i, name in enumerate(names)}
+
+
+def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> str:
+    """Name the first equation that some sample leaves without a value, operation by operation."""
+    graph = problem.graph
+    partial = [i for i, node in enumerate(graph.nodes) if node.definition.partial]
+    for index in partial:
+        _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), samples)
+        if not valid.all():
+            return f": '{graph.nodes[index].op}'{_where(problem, graph.nodes[index].origin)}"
+    return ""
+
+
+def _where(problem: Problem, equation: str) -> str:
+    """Return the place of an equation in words."""
+    line = next((e.line for e in problem.equations if e.target == equation), None)
+    return f" in the equation of '{equation}'" + ("" if line is None else f", line {line}")
 
 
 def _check_hyperbolic_case(problem: Problem, samples: Mapping[str, np.ndarray]) -> None:
@@ -96,13 +101,13 @@ def _check_hyperbolic_case(problem: Problem, samples: Mapping[str, np.ndarray]) 
     for node in problem.graph.nodes:
         if node.op != "solve" or node.params != (-1, "none"):
             continue
-        coefficients, _ = evaluate(
-            Graph(problem.graph.nodes, {"A": node.operands[0], "B": node.operands[1]}), samples
-        )
+        parts = Graph(problem.graph.nodes, {"A": node.operands[0], "B": node.operands[1]})
+        coefficients, _ = evaluate(parts, samples)
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
-            message = f"the equation of '{node.origin}' has two solutions for some inputs and needs a branch"
-            hint = f"for example {_example(samples, int(np.argmax(two)))}; add branch: '+' or branch: '-'"
+            where = _where(problem, node.origin)
+            message = f"'solve' has two solutions for some inputs and needs a branch{where}"
+            hint = f'for example {_example(samples, int(np.argmax(two)))}; add branch: "+" or branch: "-"'
             raise InvalidInput([Diagnostic("E322", message, hint=hint)])
 
 
@@ -113,27 +118,39 @@ def _example(samples: Mapping[str, np.ndarray], index: int) -> str:
 def check_meaning(problem: Problem, graph: Graph) -> None:
     """Assert that the rewritten graph computes what the equations say, on a few samples.
 
-    Samples at which the equations themselves jump (a branch cut, the edge of the domain) prove
-    nothing and are passed over: those that change under a perturbation of the inputs by 2^-40.
+    A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
+    rounding proves nothing and is passed over: one whose results change when its inputs are moved by
+    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
     """
     samples = sampling.draw(problem_data(problem, []), _PROBES, 1)
     exact, defined = evaluate(problem.graph, samples)
-    nearby, still_defined = evaluate(
-        problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()}
-    )
+    moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
+    tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
+    values, valid = evaluate(problem.graph, tiled, jitter=True)
+    shaken = [
+        ({n: v.reshape(_SHAKES, -1)[i] for n, v in values.items()}, valid.reshape(_SHAKES, -1)[i])
+        for i in range(_SHAKES)
+    ]
     rewritten, kept = evaluate(graph, samples)
-
-    def distance(a: np.ndarray, b: np.ndarray, is_angle: bool) -> np.ndarray:
-        difference: np.ndarray = np.abs(a - b)
-        wrapped: np.ndarray = np.minimum(difference, np.abs(difference - math.tau))
-        return wrapped if is_angle else difference
-
-    steady = defined == still_defined
-    for output in problem.outputs:
-        value, scale = exact[output.name], 1 + np.abs(exact[output.name])
-        steady &= ~defined | (distance(value, nearby[output.name], output.is_angle) <= 1e-6 * scale)
+    steady = np.ones(_PROBES, dtype=bool)
+    for value, still_defined in (moved, *shaken):
+        steady &= defined == still_defined
+        for output in problem.outputs:
+            steady &= ~defined | _near(output, exact, value, 1e-6)
     assert np.array_equal(defined[steady], kept[steady]), "rewriting changed which samples are valid"
     for output in problem.outputs:
-        value, scale = exact[output.name], 1 + np.abs(exact[output.name])
-        error = distance(value, rewritten[output.name], output.is_angle)
-        assert np.all((error <= 1e-9 * scale)[steady & defined]), f"rewriting changed output {output.name}"
+        agree = _near(output, exact, rewritten, 1e-9)
+        assert np.all(agree[steady & defined]), f"rewriting changed output {output.name}"
+
+
+def _near(
+    output: OutputSpec, exact: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], tolerance: float
+) -> np.ndarray:
+    """Tell where two values of an output agree relative to 1 + |value|; an angle modulo 2 pi."""
+    value = exact[output.name]
+    with np.errstate(invalid="ignore", over="ignore"):
+        difference = np.abs(value - other[output.name])
+        if output.is_angle:
+            difference = np.minimum(difference, np.abs(difference - math.tau))
+        near: np.ndarray = (difference <= tolerance * (1 + np.abs(value))) | (value == other[output.name])
+    return near

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
-from cordicc.checks import check_domain, check_meaning, input_intervals, problem_data
+from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Unattainable
 from cordicc.emulate import accuracy, sampling
 from cordicc.emulate import functional as functional_run
@@ -21,6 +21,7 @@ from cordicc.ir.verify import verify as verify_graph
 from cordicc.plan import Plan
 from cordicc.plan_check import check_operations
 from cordicc.plan_json import dump
+from cordicc.record import problem_data
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.passes import default_passes
 from cordicc.schedule.assemble import Limits, assemble

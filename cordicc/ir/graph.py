@@ -6,7 +6,7 @@ once, and named outputs.  A pass walks one graph and builds another.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
@@ -39,6 +39,23 @@ class Node:
     def definition(self) -> OpDef:
         """Return the row of the operation table."""
         return OPS[self.op]
+
+
+def factored(nodes: Sequence[Node], value: Value) -> tuple[Fraction, Value]:
+    """Return (k, v) with value = k v, all constant factors, shifts and signs in k."""
+    factor = Fraction(1)
+    while True:
+        node = nodes[value.node]
+        match node.op:
+            case "neg":
+                factor = -factor
+            case "cmul":
+                factor *= Fraction(node.params[0])
+            case "shift":
+                factor *= Fraction(2) ** int(node.params[0])
+            case _:
+                return factor, value
+        value = node.operands[0]
 
 
 @dataclass(frozen=True, slots=True)

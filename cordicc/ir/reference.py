@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -37,12 +38,16 @@ def _mul(a: Real, b: Real) -> Real:
     return libmp.mpf_mul(a, b, *_WORKING)
 
 
-def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def evaluate(
+    graph: Graph, inputs: Mapping[str, np.ndarray], *, jitter: bool = False
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Evaluate the outputs of a graph on samples.
 
     Args:
         graph: any graph.
         inputs: for each input of the graph a float64 array of shape (n,), taken as exact numbers.
+        jitter: multiply each result by a factor within 2^-90 of 1, from a fixed sequence of random
+            ones, to see what hangs on rounding.
 
     Returns:
         The outputs, float64 of shape (n,), correctly rounded from `PRECISION` bits, NaN where they
@@ -62,7 +67,8 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, 
         else:
             many = len(node.definition.results) > 1
             program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
-    wanted = [(outputs_column, slot[value]) for outputs_column, value in enumerate(graph.outputs.values())]
+    shake = _shaker()
+    wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
     results = np.full((len(wanted), count), np.nan)
     for sample in range(count):
         for at, numbers in columns:
@@ -70,6 +76,8 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, 
         for function, operands, at, many in program:
             arguments = [values[operand] for operand in operands]
             made = None if None in arguments else function(*arguments)
+            if jitter and made is not None:
+                made = tuple(map(shake, made)) if many else shake(made)
             if many:
                 values[at], values[at + 1] = made or (None, None)
             else:
@@ -79,6 +87,13 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray]) -> tuple[dict[str, 
             if result is not None:
                 results[row, sample] = libmp.to_float(result, rnd="n")
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def _shaker() -> Callable[[Result], Result]:
+    """Return a function that changes numbers by relative amounts up to 2^-90."""
+    numbers = np.random.Generator(np.random.PCG64(0)).uniform(-(2.0**-90), 2.0**-90, 997)
+    factors = cycle([libmp.mpf_add(fone, libmp.from_float(x), *_WORKING) for x in numbers.tolist()])
+    return lambda result: None if result is None else _mul(result, next(factors))
 
 
 def _slots(graph: Graph) -> dict[Value, int]:

@@ -1,7 +1,7 @@
 """A graph builder that simplifies as it builds.
 
-Only identities that hold for every real operand are used, and none that loses a sample's validity:
-where an operand disappears that may have no value, a `guard` keeps its validity.
+Only identities over the reals are used that hold for every operand, and none that loses a sample's
+validity: where an operand disappears that may have no value, a `guard` keeps its validity.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from cordicc.ir.fold import FoldError, fold
-from cordicc.ir.graph import Builder, Param, Value
+from cordicc.ir.graph import Builder, Param, Value, factored
 from cordicc.ir.ops import OPS, Level
 
 _ODD = ("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh")
@@ -71,21 +71,6 @@ class Algebra(Builder):
     def _match(self, value: Value, op: str) -> tuple[Value, ...] | None:
         node = self.nodes[value.node]
         return node.operands if node.op == op else None
-
-    def factored(self, value: Value) -> tuple[Fraction, Value]:
-        """Return (k, v) with value = k v, all constant factors in k."""
-        factor = Fraction(1)
-        while True:
-            node = self.nodes[value.node]
-            if node.op == "neg":
-                factor = -factor
-            elif node.op == "cmul":
-                factor *= Fraction(node.params[0])
-            elif node.op == "shift":
-                factor *= Fraction(2) ** int(node.params[0])
-            else:
-                return factor, value
-            value = node.operands[0]
 
     def zero_of(self, value: Value) -> Value:
         """Return 0, invalid where `value` is."""
@@ -168,7 +153,7 @@ class Algebra(Builder):
             number = self.constant(one)
             if number is not None:
                 return self.scale(number, other)
-        (factor_a, a), (factor_b, b) = self.factored(a), self.factored(b)
+        (factor_a, a), (factor_b, b) = factored(self.nodes, a), factored(self.nodes, b)
         return self.scale(factor_a * factor_b, self.emit("mul", (a, b)))
 
     def scale(self, factor: Fraction, a: Value) -> Value:
@@ -178,7 +163,7 @@ class Algebra(Builder):
             return self.const(factor * number)
         if factor == 0:
             return self.zero_of(a)
-        inner, base = self.factored(a)
+        inner, base = factored(self.nodes, a)
         factor *= inner
         exponent = power_of_two(factor)
         if exponent is None:
@@ -195,8 +180,8 @@ class Algebra(Builder):
         number = self.constant(b)
         if number:
             return self.scale(1 / number, a)
-        factor_a, base_a = self.factored(a)
-        factor_b, base_b = self.factored(b)
+        factor_a, base_a = factored(self.nodes, a)
+        factor_b, base_b = factored(self.nodes, b)
         return self.scale(factor_a / factor_b, self.emit("div", (base_a, base_b)))
 
     def power(self, a: Value, exponent: Fraction) -> Value:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +10,9 @@ from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.ranges import value_ranges
 from cordicc.rewrite.algebra import Algebra
+
+Ranges = Sequence[tuple[Interval | None, ...]]
+"""For each node an enclosure of each result; None for a result that no input gives a value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +22,7 @@ class Context:
     inputs: Mapping[str, Interval]
     goal: str = "processors"
 
-    def ranges(self, graph: Graph) -> list[tuple[Interval | None, ...]]:
+    def ranges(self, graph: Graph) -> Ranges:
         """Return enclosures of every result of every node."""
         return value_ranges(graph, self.inputs)
 

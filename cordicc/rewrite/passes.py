@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cordicc.rewrite.base import Pass
 from cordicc.rewrite.implicit import ImplicitForms
+from cordicc.rewrite.quotients import Quotients
 from cordicc.rewrite.rotations import Rotations
-from cordicc.rewrite.select import Quotients
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.standard import StandardChains
 from cordicc.rewrite.vectors import Vectorings

@@ -5,10 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from cordicc.arith.intervals import Interval
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.graph import Graph, Value, factored
 from cordicc.rewrite.algebra import Algebra
-
-_FACTORS = ("neg", "cmul", "shift")
 
 
 def ratio(builder: Algebra, value: Value) -> tuple[Value, Value]:
@@ -17,7 +15,7 @@ def ratio(builder: Algebra, value: Value) -> tuple[Value, Value]:
     B is the denominator of a quotient, else a positive constant: a product with a constant k counts
     as a division by 1/k, so that no multiplier is left.
     """
-    factor, base = builder.factored(value)
+    factor, base = factored(builder.nodes, value)
     node = builder.nodes[base.node]
     if node.op == "div":
         return builder.scale(factor, node.operands[0]), node.operands[1]
@@ -27,9 +25,7 @@ def ratio(builder: Algebra, value: Value) -> tuple[Value, Value]:
 
 def denominator(graph: Graph, value: Value) -> Value | None:
     """Return the denominator that `ratio` would find in a graph, None if it is a constant."""
-    while graph.node(value).op in _FACTORS:
-        value = graph.node(value).operands[0]
-    node = graph.node(value)
+    node = graph.node(factored(graph.nodes, value)[1])
     return node.operands[1] if node.op == "div" else None
 
 

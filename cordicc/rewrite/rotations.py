@@ -6,9 +6,10 @@ from collections import defaultdict
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.base import Context, Site, transform
+from cordicc.ir.graph import Graph, Value, factored
+from cordicc.rewrite.base import Context, Ranges, Rule, Site, transform
 
+_SATURATION = 20
 _COORDINATES = {"cos": 1, "sin": 1, "cosh": -1, "sinh": -1}
 
 
@@ -78,7 +79,7 @@ class Rotations:
 
     def apply(self, graph: Graph, context: Context) -> Graph:
         """Return the graph with rotations."""
-        graph = transform(graph, _quotients)
+        graph = transform(graph, _quotients(context.ranges(graph)))
         chosen: dict[Value, tuple[Value, int, Turned]] = {}
         for (angle, m), uses in _collect(graph).items():
             if len({turned.vector() for turned in uses.values()}) == 1 or context.goal == "latency":
@@ -100,27 +101,32 @@ class Rotations:
         return transform(graph, rule)
 
 
-def _quotients(site: Site) -> tuple[Value, ...] | None:
-    """Write tan and tanh as quotients."""
-    if site.node.op not in ("tan", "tanh"):
-        return None
-    suffix = "h" if site.node.op == "tanh" else ""
-    sine = site.builder.apply(f"sin{suffix}", site.operands)[0]
-    cosine = site.builder.apply(f"cos{suffix}", site.operands)[0]
-    return site.builder.apply("div", (sine, cosine))
+def _quotients(ranges: Ranges) -> Rule:
+    """Return the rule that writes tan and tanh as quotients.
+
+    Beyond +-20 tanh is +-1 within 2^-56, so its argument is held there before cosh can overflow.
+    """
+
+    def rule(site: Site) -> tuple[Value, ...] | None:
+        if site.node.op not in ("tan", "tanh"):
+            return None
+        builder, (angle,) = site.builder, site.operands
+        suffix = "h" if site.node.op == "tanh" else ""
+        interval = ranges[site.node.operands[0].node][site.node.operands[0].result]
+        if suffix and (interval is None or interval.magnitude > _SATURATION):
+            least, most = builder.const(-_SATURATION), builder.const(_SATURATION)
+            angle = builder.apply("max", (least, builder.apply("min", (most, angle))[0]))[0]
+        sine = builder.apply(f"sin{suffix}", (angle,))[0]
+        cosine = builder.apply(f"cos{suffix}", (angle,))[0]
+        return builder.apply("div", (sine, cosine))
+
+    return rule
 
 
 def _term(graph: Graph, value: Value) -> Term | None:
     """Return the value as a product with one sine or cosine, if it is one."""
-    factor = Fraction(1)
+    factor, value = factored(graph.nodes, value)
     node = graph.node(value)
-    while node.op in ("neg", "cmul", "shift"):
-        if node.op == "neg":
-            factor = -factor
-        else:
-            factor *= Fraction(node.params[0]) if node.op == "cmul" else Fraction(2) ** int(node.params[0])
-        value = node.operands[0]
-        node = graph.node(value)
     coefficient = None
     if node.op == "mul":
         trig = [graph.node(v).op in _COORDINATES for v in node.operands]

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from cordicc.arith.intervals import Interval
 from cordicc.ir.fold import fold
-from cordicc.ir.graph import Graph, Node, Value
+from cordicc.ir.graph import Graph, Node, Value, factored
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.base import Context, Site, transform
+from cordicc.rewrite.base import Context, Ranges, Site, transform
 from cordicc.rewrite.ratio import denominator, positive_ratio, ratio
-
-Legs = tuple[Value, Value]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +52,7 @@ class Vectorings:
         return transform(graph, rule)
 
 
-def _at(ranges: Sequence[tuple[Interval | None, ...]], value: Value | None) -> Interval | None:
+def _at(ranges: Ranges, value: Value | None) -> Interval | None:
     return None if value is None else ranges[value.node][value.result]
 
 
@@ -63,59 +60,72 @@ def _angle(builder: Algebra, x: Value, y: Value) -> Value:
     return builder.apply("vector", (x, y, builder.const(0)), (1, 1))[1]
 
 
-def _base(graph: Graph, value: Value) -> tuple[Fraction, Value]:
-    """Return sign and value without negation."""
-    node = graph.node(value)
-    return (Fraction(-1), node.operands[0]) if node.op == "neg" else (Fraction(1), value)
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A component factor * base of a vector in the old graph; base None is 1."""
+
+    factor: Fraction
+    base: Value | None
+
+    @classmethod
+    def of(cls, graph: Graph, value: Value) -> Leg:
+        """Return a value as a component."""
+        number = graph.constant(value)
+        return cls(number, None) if number is not None else cls(*factored(graph.nodes, value))
+
+    def build(self, site: Site) -> Value:
+        """Return the component in the new graph."""
+        base = site.builder.const(1) if self.base is None else site.new(self.base)
+        return site.builder.scale(self.factor, base)
 
 
-def _key(graph: Graph, legs: Legs) -> frozenset[Value]:
-    return frozenset(_base(graph, leg)[1] for leg in legs)
+Legs = tuple[Leg, Leg]
+Angles = dict[frozenset[tuple[Fraction, Value | None]], Legs]
+"""The vectors (x, y) of which the graph takes the angle, by their components up to sign and order."""
 
 
-def _angles(graph: Graph) -> dict[frozenset[Value], Legs]:
-    """Return the vectors (x, y) of which the graph takes the angle, by their components."""
-    found: dict[frozenset[Value], Legs] = {}
+def _key(legs: Legs) -> frozenset[tuple[Fraction, Value | None]]:
+    return frozenset((abs(leg.factor), leg.base) for leg in legs)
+
+
+def _angles(graph: Graph) -> Angles:
+    found: Angles = {}
     for node in graph.nodes:
         if node.op == "atan2":
-            y, x = node.operands
-            found.setdefault(_key(graph, (x, y)), (x, y))
+            y, x = (Leg.of(graph, v) for v in node.operands)
+            found.setdefault(_key((x, y)), (x, y))
     return found
 
 
-Leg = Value | Fraction
-
-
 def _signed_square(graph: Graph, value: Value) -> tuple[int, Leg] | None:
-    """Return (sign, x) if the value stands as sign * x^2: a product of equals, or a constant."""
-    node = graph.node(value)
-    if node.op == "mul" and node.operands[0] == node.operands[1]:
-        return 1, node.operands[0]
+    """Return (sign, x) if the value stands as sign * x^2: a multiple of a square, or a constant."""
     number = graph.constant(value)
-    return None if number is None else (1 if number >= 0 else -1, fold("sqrt", (), (abs(number),)))
+    factor, base = (number, None) if number is not None else factored(graph.nodes, value)
+    if base is not None:
+        node = graph.node(base)
+        if node.op != "mul" or node.operands[0] != node.operands[1]:
+            return None
+        base = node.operands[0]
+    return (1 if factor >= 0 else -1), Leg(fold("sqrt", (), (abs(factor),)), base)
 
 
-def _new(site: Site, leg: Leg) -> Value:
-    return site.builder.const(leg) if isinstance(leg, Fraction) else site.new(leg)
-
-
-def _root(site: Site, angles: dict[frozenset[Value], Legs]) -> Value:
+def _root(site: Site, angles: Angles) -> Value:
     """Return a length or a square root by the vectoring that fits."""
     graph, builder, node = site.graph, site.builder, site.node
     if node.op == "hypot":
-        return _length(site, node.operands[0], node.operands[1], angles)
+        first, second = (Leg.of(graph, v) for v in node.operands)
+        return _length(site, (first, second), angles)
     radicand = graph.node(node.operands[0])
     if radicand.op in ("add", "sub"):
-        first, second = (_signed_square(graph, v) for v in radicand.operands)
-        if first is not None and second is not None:
-            second_sign = second[0] if radicand.op == "add" else -second[0]
-            if first[0] > 0 and second_sign > 0:
-                return _length(site, first[1], second[1], angles)
-            if first[0] != second_sign:
-                x, y = (first, second) if first[0] > 0 else (second, first)
-                return builder.apply(
-                    "vector", (_new(site, x[1]), _new(site, y[1]), builder.const(0)), (-1, 1)
-                )[0]
+        squares = [_signed_square(graph, v) for v in radicand.operands]
+        if squares[0] is not None and squares[1] is not None:
+            (sign, x), (other_sign, y) = squares[0], squares[1]
+            other_sign = other_sign if radicand.op == "add" else -other_sign
+            if sign > 0 and other_sign > 0:
+                return _length(site, (x, y), angles)
+            if sign != other_sign:
+                x, y = (x, y) if sign > 0 else (y, x)
+                return builder.apply("vector", (x.build(site), y.build(site), builder.const(0)), (-1, 1))[0]
         chained = _chained_length(site, radicand, angles)
         if chained is not None:
             return chained
@@ -124,38 +134,27 @@ def _root(site: Site, angles: dict[frozenset[Value], Legs]) -> Value:
     return builder.apply("lightcone", (site.operands[0], builder.const(1)))[0]
 
 
-def _length(site: Site, a: Leg, b: Leg, angles: dict[frozenset[Value], Legs]) -> Value:
-    """Return sqrt(a^2 + b^2) from the vectoring whose angle is taken, if there is one."""
-    builder = site.builder
-    x, y = _new(site, a), _new(site, b)
-    if isinstance(a, Value) and isinstance(b, Value):
-        taken = angles.get(_key(site.graph, (a, b)))
-        if taken is not None:
-            x, y = (builder.scale(sign, site.new(v)) for sign, v in (_base(site.graph, leg) for leg in taken))
-    return builder.apply("vector", (x, y, builder.const(0)), (1, 1))[0]
+def _length(site: Site, legs: Legs, angles: Angles) -> Value:
+    """Return the length of a vector, from the vectoring whose angle is taken if there is one."""
+    x, y = angles.get(_key(legs), legs)
+    return site.builder.apply("vector", (x.build(site), y.build(site), site.builder.const(0)), (1, 1))[0]
 
 
-def _chained_length(site: Site, radicand: Node, angles: dict[frozenset[Value], Legs]) -> Value | None:
+def _chained_length(site: Site, radicand: Node, angles: Angles) -> Value | None:
     """Return sqrt(x^2 + y^2 + z^2) as the length of (sqrt(x^2 + y^2), z) if the first is there anyway."""
     if radicand.op != "add":
         return None
-    graph = site.graph
+    graph, builder = site.graph, site.builder
     for pair, third in (radicand.operands, radicand.operands[::-1]):
         inner, last = graph.node(pair), _signed_square(graph, third)
         if inner.op != "add" or last is None or last[0] < 0:
             continue
         first, second = (_signed_square(graph, v) for v in inner.operands)
-        if (
-            first is None
-            or second is None
-            or isinstance(first[1], Fraction)
-            or isinstance(second[1], Fraction)
-        ):
+        if first is None or second is None or first[0] < 0 or second[0] < 0:
             continue
-        if _key(graph, (first[1], second[1])) in angles:
-            plane = _length(site, first[1], second[1], angles)
-            zero = site.builder.const(0)
-            return site.builder.apply("vector", (plane, _new(site, last[1]), zero), (1, 1))[0]
+        if _key((first[1], second[1])) in angles:
+            plane = _length(site, (first[1], second[1]), angles)
+            return builder.apply("vector", (plane, last[1].build(site), builder.const(0)), (1, 1))[0]
     return None
 
 

@@ -12,6 +12,7 @@ RANKS = [
     {"api", "summary"},
     {"pipeline"},
     {"checks"},
+    {"record"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
     {"plan", "plan_check", "plan_json"},
     {"targets"},

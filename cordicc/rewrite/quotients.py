@@ -1,4 +1,4 @@
-"""What is left of the functions onto unit operations."""
+"""Quotients by a variable as linear vectoring."""
 
 from __future__ import annotations
 
