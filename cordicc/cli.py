@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cordicc import __version__
+from cordicc.cli_study import trace
 from cordicc.diagnostics import CordiccError, Diagnostic
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def main() -> None:
     type=click.Choice(["auto", "standard", "implicit"]),
     default="auto",
     show_default=True,
-    help="Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' insists on them.",
+    help="Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' wants a target with them.",
 )
 @click.option("--ii", type=_POSITIVE, default=1, show_default=True, help="Cycles between samples.")
 @click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
@@ -240,3 +241,6 @@ def targets(name: str | None) -> None:
     width = max(len(target.name) for target in shipped)
     for target in shipped:
         click.echo(f"{target.name:<{width}}  {' '.join(target.description.split())}")
+
+
+main.add_command(trace)

@@ -155,6 +155,8 @@ class Cau:
         side = np.where(x < 0, -1, 1)
         table = standard_table(self, 1)
         a, _, angle = kernels.vector(a * side, b * side, start, table)
+        # The exact angle has the sign of y, and a point on the positive axis the angle 0.
+        np.clip(angle, np.where(y >= 0, 0, -half_turn), np.where((y > 0) | (x < 0), half_turn, 0), out=angle)
         undefined = (x == 0) & (y == 0)
         a *= ~undefined
         norm = to_float(compensated(a, exponent, table))

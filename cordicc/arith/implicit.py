@@ -71,6 +71,13 @@ def circular(
     if table.quarter_turns:
         x, y, z = quarter_turn(x, y, target, z, (half_turn + 1) >> 1)
     x, y, target, z = table.kernel(x, y, target, z, table.steps)
+    # With A = 0 < B the formula is +-acos(C/B), which has one sign.
+    np.clip(
+        z,
+        np.where((A == 0) & (B > 0), -half_turn, -2 * half_turn),
+        np.where((A == 0) & (B > 0), 0, 2 * half_turn),
+        out=z,
+    )
     if branch == "+":
         z = -z
     solved = np.abs(y - target) <= TOLERANCE

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from cordicc.arith.formats import NumberFormat
 from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
-from cordicc.ir.graph import Graph, Node, Param, Value
+from cordicc.ir.graph import Graph, Param, Value
 from cordicc.ir.ops import Level
 from cordicc.plan import Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
-from cordicc.schedule.fifo_lp import solve
+from cordicc.schedule.fifo_lp import Goal, solve
 from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem, Sink, Task
 from cordicc.schedule.problem import Value as Wire
-from cordicc.targets.model import CAU_KINDS, Target, function_name
-
-_SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
+from cordicc.targets.model import CAU_KINDS, SYSTEMS, Target, function_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +32,14 @@ class Limits:
 def mode(op: str, params: Mapping[str, Any]) -> str:
     """Return in words what a unit does."""
     if op == "rotate":
-        return f"{_SYSTEMS[params['m']]} rotation"
+        return f"{SYSTEMS[params['m']]} rotation"
     if op == "vector":
-        return f"{_SYSTEMS[params['m']]} vectoring"
+        return f"{SYSTEMS[params['m']]} vectoring"
     if op == "lightcone":
         return "hyperbolic vectoring of (u+v, u-v)/2"
     if op == "implicit":
         branch = "" if params["branch"] == "none" else f", branch {params['branch']}"
-        return f"implicit {_SYSTEMS[params['m']]}{branch}"
+        return f"implicit {SYSTEMS[params['m']]}{branch}"
     return op
 
 
@@ -70,30 +69,21 @@ def assemble(
                 )
             ]
         )
-    arithmetic = target.machine()
+    words = target.machine().format
     names = _names(graph)
-    operations = [
-        _operation(graph, index, names, target, arithmetic.format.constant_text) for index in sorted(names)
-    ]
+    used = graph.used_results()
+    operations = [_operation(graph, index, names, target, used, words) for index in sorted(names)]
     caus = sum(o.kind in CAU_KINDS for o in operations)
     if limits.max_processors is not None and caus > limits.max_processors:
-        raise Unattainable(
-            [
-                Diagnostic(
-                    "E402",
-                    f"the plan needs {caus} CAUs, more than --max-processors {limits.max_processors}",
-                    hint=f"every operation has a CAU of its own; the least is --max-processors {caus}",
-                )
-            ]
-        )
-    outputs = {
-        name: _operand(graph, names, v, arithmetic.format.constant_text) for name, v in graph.outputs.items()
-    }
+        message = f"the CAUs of the plan are {caus}, more than --max-processors {limits.max_processors}"
+        hint = f"every operation has a CAU of its own; the least is --max-processors {caus}"
+        raise _unattainable("E402", message, hint)
+    outputs = {name: _operand(graph, names, v, name, words) for name, v in graph.outputs.items()}
     wires = _wires(graph, operations, outputs)
     schedulable = SchedulingProblem(tuple(Task(o.id, o.kind, o.finish - o.start) for o in operations), wires)
     schedulable.check()
     schedule = _solve(schedulable, limits)
-    width = arithmetic.format.width_bits
+    width = words.width_bits
     fifos = delays(schedulable, schedule, {wire.name: width for wire in wires})
     units, placed = _place(operations, schedule)
     return Plan(
@@ -115,20 +105,14 @@ def assemble(
 
 
 def _solve(problem: SchedulingProblem, limits: Limits) -> Schedule:
-    goal = "fifo" if limits.minimize in ("fifo", "area") else "latency"
+    # At interval 1 every operation has its own unit, so the units' area is fixed and FIFO words decide it.
+    goal: Goal = "fifo" if limits.minimize in ("fifo", "area") else "latency"
     try:
-        return solve(problem, goal, limits.max_latency)  # type: ignore[arg-type]
+        return solve(problem, goal, limits.max_latency)
     except InfeasibleError:
         least = problem.earliest().latency
-        raise Unattainable(
-            [
-                Diagnostic(
-                    "E403",
-                    f"the critical path takes {least} cycles, more than --max-latency {limits.max_latency}",
-                    hint=f"the least that can be met is --max-latency {least}",
-                )
-            ]
-        ) from None
+        message = f"the critical path takes {least} cycles, more than --max-latency {limits.max_latency}"
+        raise _unattainable("E403", message, f"the least that can be met is --max-latency {least}") from None
 
 
 def _names(graph: Graph) -> dict[int, str]:
@@ -147,28 +131,45 @@ def _value_name(graph: Graph, names: Mapping[int, str], value: Value) -> str:
     return f"{names[value.node]}.{node.definition.results[value.result]}"
 
 
-def _operand(graph: Graph, names: Mapping[int, str], value: Value, constant_text: Any) -> Operand:
+def _unattainable(code: str, message: str, hint: str) -> Unattainable:
+    return Unattainable([Diagnostic(code, message, hint=hint)])
+
+
+def _constant(number: Fraction, equation: str, words: NumberFormat) -> str:
+    """Return a constant as text of the number format; Unattainable if the format cannot hold it."""
+    try:
+        return words.constant_text(number)
+    except OverflowError as error:
+        message = f"the constant {float(number):.6g} in the equation of '{equation}' cannot be held: {error}"
+        hint = "choose other units for the inputs, so that constants are nearer to 1"
+        raise _unattainable("E411", message, hint) from None
+
+
+def _operand(graph: Graph, names: Mapping[int, str], value: Value, user: str, words: NumberFormat) -> Operand:
     number = graph.constant(value)
     if number is not None:
-        return Operand(constant=constant_text(number))
+        return Operand(constant=_constant(number, graph.node(value).origin or user, words))
     return Operand(value=_value_name(graph, names, value))
 
 
-def _plain(name: str, param: Param, constant_text: Any) -> Any:
-    if name == "factor":
-        return constant_text(param)
-    return int(param) if isinstance(param, Fraction) else param
-
-
 def _operation(
-    graph: Graph, index: int, names: Mapping[int, str], target: Target, constant_text: Any
+    graph: Graph, index: int, names: Mapping[int, str], target: Target, used: set[Value], words: NumberFormat
 ) -> Operation:
     """Return the operation with start 0, to be placed later."""
-    node: Node = graph.nodes[index]
+    node = graph.nodes[index]
     definition = node.definition
-    params = {n: _plain(n, p, constant_text) for n, p in zip(definition.params, node.params, strict=True)}
-    kind = target.kinds_for(function_name(node.op, params.get("m")))[0]
-    used = graph.used_results()
+
+    def plain(name: str, param: Param) -> Any:
+        if name == "factor":
+            return _constant(Fraction(param), node.origin, words)
+        return int(param) if isinstance(param, Fraction) else param
+
+    params = {name: plain(name, param) for name, param in zip(definition.params, node.params, strict=True)}
+    kinds = target.kinds_for(function_name(node.op, params.get("m")))
+    if not kinds:
+        message = f"no unit of target '{target.name}' does {mode(node.op, params)}"
+        raise _unattainable("E405", message, f"the equation of '{node.origin}' needs it")
+    kind = kinds[0]
     return Operation(
         id=names[index],
         op=node.op,
@@ -179,7 +180,7 @@ def _operation(
         start=0,
         finish=target.units[kind].latency,
         ports=definition.ports,
-        operands=tuple(_operand(graph, names, v, constant_text) for v in node.operands),
+        operands=tuple(_operand(graph, names, v, node.origin, words) for v in node.operands),
         results=tuple(
             _value_name(graph, names, Value(index, r)) if Value(index, r) in used else None
             for r in range(len(definition.results))

@@ -22,9 +22,9 @@ CAU_KINDS = ("standard", "implicit")
 
 REQUIRED_KINDS = ("standard", "add", "mul", "cmul", "shift", "sign")
 
-_SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
+SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 _FUNCTIONS = {
-    "standard": {f"{op}-{system}" for op in ("rotate", "vector") for system in _SYSTEMS.values()}
+    "standard": {f"{op}-{system}" for op in ("rotate", "vector") for system in SYSTEMS.values()}
     | {"lightcone"},
     "implicit": {"implicit-circular", "implicit-hyperbolic"},
     "add": {"add", "sub", "min", "max", "select", "wrap"},
@@ -103,7 +103,7 @@ class Target:
 
 def function_name(op: str, m: int | None = None) -> str:
     """Return the name of an operation among a unit's functions, such as `rotate-circular` or `add`."""
-    return op if m is None else f"{op}-{_SYSTEMS[m]}"
+    return op if m is None else f"{op}-{SYSTEMS[m]}"
 
 
 def shipped_targets() -> tuple[str, ...]:
