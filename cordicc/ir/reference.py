@@ -46,8 +46,8 @@ def evaluate(
     Args:
         graph: any graph.
         inputs: for each input of the graph a float64 array of shape (n,), taken as exact numbers.
-        jitter: multiply each result by a factor within 2^-90 of 1, from a fixed sequence of random
-            ones, to see what hangs on rounding.
+        jitter: multiply every operand, at each use, by a factor within 2^-90 of 1, from a fixed
+            sequence of random ones, to see what hangs on rounding.
 
     Returns:
         The outputs, float64 of shape (n,), correctly rounded from `PRECISION` bits, NaN where they
@@ -75,9 +75,9 @@ def evaluate(
             values[at] = numbers[sample]
         for function, operands, at, many in program:
             arguments = [values[operand] for operand in operands]
+            if jitter:
+                arguments = [shake(argument) for argument in arguments]
             made = None if None in arguments else function(*arguments)
-            if jitter and made is not None:
-                made = tuple(map(shake, made)) if many else shake(made)
             if many:
                 values[at], values[at + 1] = made or (None, None)
             else:
