@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from cordicc.arith.intervals import Interval
-from cordicc.diagnostics import Diagnostic, InvalidInput, Severity
+from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
 from cordicc.emulate import sampling
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.problem import OutputSpec, Problem
 from cordicc.ir.ranges import value_ranges
 from cordicc.ir.reference import evaluate
@@ -36,7 +36,7 @@ def input_intervals(problem: Problem) -> dict[str, Interval]:
     }
 
 
-def check_domain(problem: Problem) -> list[Diagnostic]:
+def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     """Look for inputs outside the domain of the equations, at random and at the corners of the ranges.
 
     Raises:
@@ -46,26 +46,27 @@ def check_domain(problem: Problem) -> list[Diagnostic]:
     if problem.samples is None:
         corners = _corners(problem)
         samples = {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
-    _check_hyperbolic_case(problem, samples)
+    _check_hyperbolic_case(problem, source, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [
         n for n, results in zip(problem.graph.nodes, ranges, strict=True) if all(r is None for r in results)
     ]
     if nowhere:
-        message = f"'{nowhere[0].op}' has no value for any input{_where(problem, nowhere[0].origin)}"
-        raise InvalidInput([Diagnostic("E320", message)])
+        message = f"'{nowhere[0].op}' has no value for any input"
+        raise InvalidInput([_at(problem, source, nowhere[0].origin, "E320", message)])
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
         return []
     example = f"for example {_example(samples, int(np.argmin(valid)))}"
     if not valid.any() and problem.samples is not None:
         message = "every row of the samples is outside the domain of the equations"
-        raise InvalidInput([Diagnostic("E321", message, hint=example)])
+        raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
     share = int((~valid).sum()) / len(valid)
+    culprit = _culprit(problem, samples)
     message = (
-        f"about {share:.1%} of the inputs are outside the domain of the equations{_culprit(problem, samples)}"
+        f"about {share:.1%} of the inputs are outside the domain of the equations, first at '{culprit.op}'"
     )
-    return [Diagnostic("W320", message, None, example, Severity.WARNING)]
+    return [_at(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
 
 
 def _corners(problem: Problem) -> dict[str, np.ndarray]:
@@ -79,24 +80,36 @@ def _corners(problem: Problem) -> dict[str, np.ndarray]:
     return {name: np.where(bits[:, i] == 1, ends[name][1], ends[name][0]) for i, name in enumerate(names)}
 
 
-def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> str:
-    """Name the first equation that some sample leaves without a value, operation by operation."""
+def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> Node:
+    """Return the first operation that some sample leaves without a value."""
     graph = problem.graph
     partial = [i for i, node in enumerate(graph.nodes) if node.definition.partial]
     for index in partial:
         _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), samples)
         if not valid.all():
-            return f": '{graph.nodes[index].op}'{_where(problem, graph.nodes[index].origin)}"
-    return ""
+            return graph.nodes[index]
+    raise AssertionError("no operation is undefined")
 
 
-def _where(problem: Problem, equation: str) -> str:
-    """Return the place of an equation in words."""
+def _at(
+    problem: Problem,
+    source: Source,
+    equation: str,
+    code: str,
+    message: str,
+    hint: str | None = None,
+    severity: Severity = Severity.ERROR,
+) -> Diagnostic:
+    """Return a diagnostic at the line on which the equation of a name starts."""
     line = next((e.line for e in problem.equations if e.target == equation), None)
-    return f" in the equation of '{equation}'" + ("" if line is None else f", line {line}")
+    if line is None:
+        return Diagnostic(code, message, None, hint, severity, source)
+    text = source.line(line)
+    span = Span(line, len(text) - len(text.lstrip(" -")) + 1, len(text) + 1)
+    return Diagnostic(code, message, span, hint, severity, source)
 
 
-def _check_hyperbolic_case(problem: Problem, samples: Mapping[str, np.ndarray]) -> None:
+def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[str, np.ndarray]) -> None:
     """Refuse a hyperbolic `solve` without a branch where a sample has two solutions, |B| > |A|."""
     for node in problem.graph.nodes:
         if node.op != "solve" or node.params != (-1, "none"):
@@ -105,10 +118,9 @@ def _check_hyperbolic_case(problem: Problem, samples: Mapping[str, np.ndarray]) 
         coefficients, _ = evaluate(parts, samples)
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
-            where = _where(problem, node.origin)
-            message = f"'solve' has two solutions for some inputs and needs a branch{where}"
+            message = "the equation has two solutions for some inputs and needs a branch"
             hint = f'for example {_example(samples, int(np.argmax(two)))}; add branch: "+" or branch: "-"'
-            raise InvalidInput([Diagnostic("E322", message, hint=hint)])
+            raise InvalidInput([_at(problem, source, node.origin, "E322", message, hint)])
 
 
 def _example(samples: Mapping[str, np.ndarray], index: int) -> str:

@@ -7,11 +7,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from cordicc.arith.machine import Arithmetic
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Unattainable
 from cordicc.emulate import accuracy, sampling
 from cordicc.emulate import functional as functional_run
+from cordicc.emulate.lost import first_invalid
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
@@ -19,7 +21,7 @@ from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph
 from cordicc.ir.verify import verify as verify_graph
 from cordicc.plan import Plan
-from cordicc.plan_check import check_operations
+from cordicc.plan_check import check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
 from cordicc.record import problem_data
 from cordicc.rewrite.base import Context
@@ -57,7 +59,7 @@ def read_problem(path: Path) -> tuple[Problem, list[Diagnostic]]:
     """Read a problem and look for inputs outside the domain; the first stage, and all of `check`."""
     loaded = load_problem(path)
     problem = loaded.problem
-    return problem, [*loaded.warnings, *check_domain(problem)]
+    return problem, [*loaded.warnings, *check_domain(problem, loaded.source)]
 
 
 def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
@@ -167,16 +169,11 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         for name, seen in comparison.observed.items()
     }
     warnings = []
-    if comparison.lost:
-        message = (
-            f"{comparison.lost} of {comparison.samples} samples that the equations can do "
-            "leave the number format or the domain of a unit"
-        )
-        if comparison.lost and not comparison.valid:
-            raise Unattainable(
-                [Diagnostic("E410", message, hint="choose another target or narrower input ranges")]
-            )
-        warnings.append(Diagnostic("W410", message, None, "they are marked invalid", Severity.WARNING))
+    if comparison.lost_at is not None:
+        lost = _lost(plan, inputs, comparison)
+        if not comparison.valid:
+            raise Unattainable([lost])
+        warnings.append(lost)
     problem = {
         **plan.problem,
         "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
@@ -184,10 +181,24 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     return replace(plan, accuracy=figures, problem=problem), warnings
 
 
-def machine_of(plan: Plan) -> Any:
-    """Return the arithmetic that a plan was made for."""
-    from cordicc.arith.machine import Arithmetic
+def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison) -> Diagnostic:
+    """Return the finding that samples leave the number format, with the first one and where it does."""
+    assert comparison.lost_at is not None
+    sample = {name: float(column[comparison.lost_at]) for name, column in inputs.items()}
+    operation = first_invalid(plan, machine_of(plan), sample)
+    where = "" if operation is None else f": {operation.mode} in the equation of '{operation.equation}'"
+    message = (
+        f"{comparison.lost} of {comparison.samples} samples that the equations can do "
+        f"leave the number format or the domain of a unit{where}"
+    )
+    example = "for example " + ", ".join(f"{name} = {number:.6g}" for name, number in sample.items())
+    if comparison.valid:
+        return Diagnostic("W410", message, None, f"they are marked invalid; {example}", Severity.WARNING)
+    return Diagnostic("E410", message, None, f"narrow the input ranges, or use other units; {example}")
 
+
+def machine_of(plan: Plan) -> Arithmetic:
+    """Return the arithmetic that a plan was made for."""
     return Arithmetic.from_spec(plan.target["arithmetic"])
 
 
@@ -205,6 +216,8 @@ def check_plan(plan: Plan, name: str) -> Plan:
         InvalidInput: the plan contradicts itself.
     """
     try:
+        check_sizes(plan)
+        check_problem(plan)
         check_operations(plan)
         verify_plan(plan)
         program = parse_graph(plan.problem["program"], name)
@@ -214,6 +227,7 @@ def check_plan(plan: Plan, name: str) -> Plan:
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
         functional_run.run(plan, machine_of(plan), sampling.draw(plan.problem, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
-        message = f"the plan contradicts itself: {str(error).splitlines()[0] if str(error) else 'malformed'}"
+        reason = (str(error).splitlines() or ["malformed"])[0][:500]
+        message = f"the plan contradicts itself: {reason}"
         raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
     return plan

@@ -29,13 +29,18 @@ class Observed:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """A simulation beside the equations: errors by output, and where validity differs."""
+    """A simulation beside the equations: errors by output, and where validity differs.
+
+    `lost` samples are valid in the equations alone, `gained` ones in the simulation alone; `lost_at`
+    is the first lost one.
+    """
 
     observed: dict[str, Observed]
     samples: int
     valid: int
     lost: int
     gained: int
+    lost_at: int | None
 
 
 def compare(
@@ -72,4 +77,5 @@ def compare(
         valid=int(simulated.sum()),
         lost=int((defined & ~simulated).sum()),
         gained=int((simulated & ~defined).sum()),
+        lost_at=int(np.argmax(defined & ~simulated)) if (defined & ~simulated).any() else None,
     )
