@@ -81,10 +81,13 @@ def _corners(problem: Problem) -> dict[str, np.ndarray]:
 
 
 def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> Node:
-    """Return the first operation that some sample leaves without a value."""
+    """Return the first operation that some sample leaves without a value.
+
+    Operations that have a value everywhere come last: they can only fail by the size of the number.
+    """
     graph = problem.graph
-    partial = [i for i, node in enumerate(graph.nodes) if node.definition.partial]
-    for index in partial:
+    order = sorted(range(len(graph.nodes)), key=lambda i: not graph.nodes[i].definition.partial)
+    for index in order:
         _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), samples)
         if not valid.all():
             return graph.nodes[index]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cordicc import __version__
-from cordicc.cli_study import trace
+from cordicc.cli_study import sequences, trace
 from cordicc.diagnostics import CordiccError, Diagnostic
 
 if TYPE_CHECKING:
@@ -138,7 +138,9 @@ def compile_command(
     "--random", "count", type=click.IntRange(1, 10_000_000), help="Draw so many samples.  [default: 10000]"
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the drawing.")
-@click.option("--outputs", type=_FILE, metavar="OUT.csv", help="Write the outputs and 'valid'.")
+@click.option(
+    "--outputs", type=_FILE, metavar="OUT.csv", help="Write the outputs and 'valid'; '-': to stdout."
+)
 @click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
 @click.option("--json", "as_json", is_flag=True, help="Print the errors as one JSON object.")
 def simulate(
@@ -160,7 +162,7 @@ def simulate(
     """  # noqa: D301
     from cordicc import pipeline
     from cordicc.emulate.sampling import draw, read_csv, write_csv
-    from cordicc.files import read_text, write_files
+    from cordicc.files import read_text
     from cordicc.summary import comparison_json, comparison_text
 
     if inputs is not None and count is not None:
@@ -174,9 +176,20 @@ def simulate(
         samples = draw(loaded.problem, count or pipeline.DEFAULT_SAMPLES, seed)
     results = loaded.simulate(samples, cycle_accurate=cycle_accurate)
     if outputs is not None:
-        write_files(outputs.parent, {outputs.name: write_csv(results)})
+        _write_or_print(outputs, write_csv(results))
     comparison = pipeline.compare(loaded, samples, results)
-    click.echo((comparison_json if as_json else comparison_text)(loaded, comparison), nl=False)
+    text = (comparison_json if as_json else comparison_text)(loaded, comparison)
+    click.echo(text, nl=False, err=str(outputs) == "-")
+
+
+def _write_or_print(path: Path, text: str) -> None:
+    """Write a file, or to stdout if the path is '-'."""
+    from cordicc.files import write_file
+
+    if str(path) == "-":
+        click.echo(text, nl=False)
+    else:
+        write_file(path, text)
 
 
 def _plan_or_problem(path: Path) -> Plan:
@@ -203,14 +216,9 @@ def _plan_or_problem(path: Path) -> Plan:
 def draw(plan: Path, view: str, output: Path | None) -> None:
     """Draw a plan.json as SVG."""
     from cordicc.api import load_plan
-    from cordicc.files import write_files
     from cordicc.pipeline import picture
 
-    text = picture(load_plan(plan), view)
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        write_files(output.parent, {output.name: text})
+    _write_or_print(output if output is not None else Path("-"), picture(load_plan(plan), view))
 
 
 @main.command()
@@ -218,12 +226,12 @@ def draw(plan: Path, view: str, output: Path | None) -> None:
 def check(file: Path) -> None:
     """Parse and validate a problem FILE; all its mistakes are listed together."""
     from cordicc.api import check as check_file
+    from cordicc.summary import count
 
     problem, warnings = check_file(file)
     _tell(warnings)
-    counts = (
-        f"{len(problem.inputs)} inputs, {len(problem.equations)} equations, {len(problem.outputs)} outputs"
-    )
+    parts = ((problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output"))
+    counts = ", ".join(count(len(items), noun) for items, noun in parts)
     click.echo(f"{problem.name}: {counts}, no errors")
 
 
@@ -244,3 +252,4 @@ def targets(name: str | None) -> None:
 
 
 main.add_command(trace)
+main.add_command(sequences)

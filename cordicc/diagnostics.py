@@ -82,7 +82,10 @@ def _excerpt(line: str, span: Span) -> list[str]:
 
 
 def printable(text: str) -> str:
-    """Replace every control or unprintable character by `?`, so that text cannot drive a terminal."""
+    """Replace every control or unprintable character by `?`.
+
+    Such text cannot drive a terminal, and as surrogates count as unprintable it can be encoded in UTF-8.
+    """
     return "".join(c if c.isprintable() else ("\n" if c == "\n" else "?") for c in text)
 
 
@@ -112,6 +115,8 @@ class Report:
 
     source: Source | None = None
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    errors: int = 0
+    _seen: set[Diagnostic] = field(default_factory=set)
 
     def error(self, code: str, message: str, span: Span | None = None, hint: str | None = None) -> None:
         """Record an error."""
@@ -122,18 +127,26 @@ class Report:
         self._add(Diagnostic(code, message, span, hint, Severity.WARNING, self.source))
 
     def _add(self, diagnostic: Diagnostic) -> None:
-        if diagnostic not in self.diagnostics:
+        if diagnostic not in self._seen:
+            self._seen.add(diagnostic)
             self.diagnostics.append(diagnostic)
+            self.errors += diagnostic.severity is Severity.ERROR
 
     @property
     def failed(self) -> bool:
         """Whether an error was recorded."""
-        return any(d.severity is Severity.ERROR for d in self.diagnostics)
+        return self.errors > 0
 
     def ordered(self) -> list[Diagnostic]:
         """Return the diagnostics by place, those without a place last."""
         far = Span(1 << 60, 0, 0)
         return sorted(self.diagnostics, key=lambda d: d.span or far)
+
+    def first(self, limit: int) -> list[Diagnostic]:
+        """Return at most `limit` of the diagnostics by place; warnings give way to errors."""
+        ranked = sorted(self.ordered(), key=lambda d: d.severity is Severity.WARNING)
+        far = Span(1 << 60, 0, 0)
+        return sorted(ranked[:limit], key=lambda d: d.span or far)
 
     def raise_if_failed(self) -> None:
         """Raise `InvalidInput` with everything recorded if an error is among it."""

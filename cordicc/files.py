@@ -12,9 +12,9 @@ from cordicc.diagnostics import Diagnostic, InvalidInput, Source
 MAX_BYTES = 64 << 20
 
 
-def failure(path: Path, what: str, error: OSError | None = None, hint: str | None = None) -> InvalidInput:
+def failure(path: Path, what: str, error: Exception | None = None, hint: str | None = None) -> InvalidInput:
     """Return the error for a file that cannot be used."""
-    reason = f": {error.strerror or error}" if error is not None else ""
+    reason = f": {getattr(error, 'strerror', None) or error}" if error is not None else ""
     return InvalidInput([Diagnostic("E600", f"{what}{reason}", None, hint, source=Source(str(path), ""))])
 
 
@@ -23,7 +23,7 @@ def read_text(path: Path, limit: int = MAX_BYTES) -> str:
     try:
         with path.open("rb") as file:
             data = file.read(limit + 1)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise failure(path, "cannot read the file", error) from None
     if len(data) > limit:
         raise failure(path, f"the file is larger than {limit >> 20} MiB")
@@ -38,11 +38,36 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
 
     All are written aside first, so that nothing of the folder changes if one cannot be written.
     """
-    staged: list[tuple[str, Path]] = []
+    if folder.exists() and not folder.is_dir():
+        raise failure(folder, "is a file, not a folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise failure(folder, "cannot make the folder", error) from None
+    _write(folder, files, folder)
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all, into a folder that exists; a device is written to."""
+    if path.is_dir():
+        raise failure(path, "is a folder, not a file")
+    if not path.parent.is_dir():
+        raise failure(path, f"no such folder: {path.parent}")
+    if path.exists() and not path.is_file():
+        try:
+            path.write_text(text, encoding="utf-8", newline="")
+        except OSError as error:
+            raise failure(path, "cannot write the file", error) from None
+        return
+    final = path.resolve()
+    _write(final.parent, {final.name: text}, path)
+
+
+def _write(folder: Path, files: Mapping[str, str], known_as: Path) -> None:
+    staged: list[tuple[str, Path]] = []
+    try:
         for name, text in files.items():
-            handle, aside = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            handle, aside = tempfile.mkstemp(dir=folder, prefix=".cordicc.")
             staged.append((aside, folder / name))
             with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
                 file.write(text)
@@ -51,8 +76,8 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
             os.chmod(aside, 0o666 & ~_umask())
         for aside, final in staged:
             os.replace(aside, final)
-    except OSError as error:
-        raise failure(folder, "cannot write the files", error) from None
+    except (OSError, ValueError) as error:
+        raise failure(known_as, "cannot write", error) from None
     finally:
         for aside, _ in staged:
             Path(aside).unlink(missing_ok=True)

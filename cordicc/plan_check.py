@@ -1,12 +1,19 @@
-"""Check that a plan read back is made of operations that exist, with their ports and parameters."""
+"""Check a plan read back: operations that exist, sizes that can be run, a sound problem part."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
 from cordicc.plan import Operation, Plan
+
+MAX_INTERVAL = 1_000_000
+MAX_UNIT_LATENCY = 100_000
+MAX_LATENCY = 1_000_000
+MAX_DEPTH = 1_000_000
+MAX_FIFO_WORDS = 50_000_000
+"""Cycles and words; beyond, running a plan clock by clock would exhaust time or memory."""
 
 _LARGEST_SHIFT = 4096
 
@@ -42,3 +49,48 @@ def _check(operation: Operation) -> None:
     for name, param in operation.params.items():
         if not _ALLOWED[name](param):
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+
+
+def check_sizes(plan: Plan) -> None:
+    """Raise ValueError if running the plan clock by clock would exhaust time or memory."""
+    figures = [
+        ("the initiation interval", plan.initiation_interval, MAX_INTERVAL),
+        ("the latency", plan.latency_cycles, MAX_LATENCY),
+        *((f"the latency of {unit.id}", unit.latency, MAX_UNIT_LATENCY) for unit in plan.units),
+        *((f"the depth of {fifo.id}", fifo.depth, MAX_DEPTH) for fifo in plan.fifos),
+        ("the sum of FIFO words", plan.fifo_words, MAX_FIFO_WORDS),
+    ]
+    for name, figure, limit in figures:
+        if figure > limit:
+            raise ValueError(f"{name} is {figure}, more than {limit}")
+
+
+def check_problem(plan: Plan) -> None:
+    """Raise ValueError if the inputs, samples, outputs or accuracy figures do not fit together."""
+    problem = plan.problem
+    inputs = [item["name"] for item in problem["inputs"]]
+    _require_unique("input", inputs)
+    for item in problem["inputs"]:
+        if not float(item["lo"]) <= float(item["hi"]):
+            raise ValueError(f"the range of input '{item['name']}' is empty")
+    outputs = [item["name"] for item in problem["outputs"]]
+    _require_unique("output", outputs)
+    if set(outputs) != set(plan.outputs):
+        raise ValueError("the outputs of the problem differ")
+    if not set(plan.accuracy) <= set(outputs):
+        raise ValueError("the accuracy is of another output")
+    samples = problem["samples"]
+    if samples is not None:
+        columns: Mapping[str, list[float]] = samples["columns"]
+        if set(columns) != set(inputs):
+            raise ValueError("the columns of the samples are not the inputs")
+        if len({len(column) for column in columns.values()}) != 1:
+            raise ValueError("the columns of the samples are of unequal lengths")
+
+
+def _require_unique(what: str, names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise ValueError(f"{what} '{name}' occurs twice")
+        seen.add(name)

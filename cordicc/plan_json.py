@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -12,11 +13,13 @@ from cordicc.diagnostics import Diagnostic, InvalidInput, Source
 from cordicc.plan import FORMAT, VERSION, Fifo, Operand, Operation, Plan, Unit
 
 MAX_BYTES = 64 << 20
+MAX_DEPTH = 64
+MAX_ROWS = 100_000
+MAX_DIGITS = 18
+"""Digits of an integer; whatever a plan counts is far below."""
 
 _PARTS = ("units", "operations", "fifos")
 """What `--json` leaves out of the summary."""
-
-_BULK = ("problem", "target_data", "outputs")
 
 
 def as_dict(plan: Plan) -> dict[str, Any]:
@@ -110,7 +113,8 @@ def parse(text: str, name: str) -> Plan:
         name: how the user knows the file.
 
     Raises:
-        InvalidInput: not JSON, not a plan, or not a version this program reads.
+        InvalidInput: not JSON, not a plan, or not a version this program reads (E602); figures that
+            contradict one another (E603).
     """
     source = Source(name, "")
 
@@ -120,27 +124,107 @@ def parse(text: str, name: str) -> Plan:
     if len(text) > MAX_BYTES:
         raise refuse(f"the plan is larger than {MAX_BYTES >> 20} MiB")
     try:
-        data = json.loads(text, parse_constant=_no_constant)
+        data = json.loads(text, parse_constant=_no_constant, parse_int=_integer, parse_float=_finite)
+        _check_texts(data)
     except (ValueError, RecursionError) as error:
-        raise refuse(f"not a plan: {_first_line(error)}") from None
+        raise refuse(f"not a plan: {_first_line(error)}", _hint(text)) from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise refuse(
             "not a plan: the key 'format' is missing or different", "plans are written by 'cordicc compile'"
         )
     if data.get("version") != VERSION:
-        raise refuse(f"plan version {data.get('version')!r} is not supported", "compile the problem again")
+        version = repr(data.get("version"))[:40]
+        raise refuse(f"plan version {version} is not supported", "compile the problem again")
     import jsonschema
 
     validator = jsonschema.Draft202012Validator(schema())
-    errors = sorted(validator.iter_errors(data), key=lambda e: [str(part) for part in e.absolute_path])
-    if errors:
-        place = "/".join(str(part) for part in errors[0].absolute_path) or "the top level"
-        raise refuse(f"not a valid plan: at {place}: {errors[0].message[:200]}")
-    return _plan(data)
+    # The first finding only: limits come before what they limit, so a huge plan ends the search early.
+    finding = next(validator.iter_errors(_outline(data)), None)
+    if finding is not None:
+        place = "/".join(str(part) for part in finding.absolute_path)[:200] or "the top level"
+        raise refuse(f"not a valid plan: at {place}: {finding.message[:200]}")
+    plan = _plan(data)
+    _check_derived(data, plan, source)
+    return plan
+
+
+def _hint(text: str) -> str | None:
+    if re.search(r"^(equations|inputs|constants|name)\s*:", text, re.MULTILINE):
+        return "this looks like a problem file: compile it first"
+    return None
 
 
 def _no_constant(text: str) -> float:
     raise ValueError(f"{text} is not a number of JSON")
+
+
+def _integer(text: str) -> int:
+    if len(text) > MAX_DIGITS:
+        raise ValueError(f"the integer {text[:MAX_DIGITS]}... is too large")
+    return int(text)
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"the number {text[:MAX_DIGITS]} is too large")
+    return number
+
+
+def _check_texts(data: Any) -> None:
+    """Raise ValueError for text that UTF-8 cannot hold, and for deep nesting."""
+    level: list[Any] = [data]
+    for _ in range(MAX_DEPTH):
+        below: list[Any] = []
+        for item in level:
+            if isinstance(item, str):
+                item.encode()
+            elif isinstance(item, dict):
+                below.extend(item)
+                below.extend(item.values())
+            elif isinstance(item, list):
+                below.extend(item)
+        level = below
+    if level:
+        raise ValueError("it is nested too deeply")
+
+
+def _outline(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the data with one number for each column of samples that is nothing but numbers.
+
+    A schema is slow on long lists.
+    """
+    try:
+        columns = data["problem"]["samples"]["columns"]
+        short = {
+            name: column[:1]
+            if type(column) is list and len(column) <= MAX_ROWS and {*map(type, column)} <= {int, float}
+            else column
+            for name, column in columns.items()
+        }
+    except (KeyError, TypeError, AttributeError):
+        return data
+    samples = {**data["problem"]["samples"], "columns": short}
+    return {**data, "problem": {**data["problem"], "samples": samples}}
+
+
+def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
+    """Refuse figures of the file that the plan's own parts contradict."""
+    again = {
+        "target": plan.target["name"],
+        "clock_hz": plan.target["clock_hz"],
+        "processors": plan.processors(),
+        "fifo_words": plan.fifo_words,
+    }
+    for key, value in again.items():
+        found = data[key]
+        if isinstance(value, dict):
+            found = {each: found[each] for each in value}
+        if found != value:
+            message = f"the plan contradicts itself: {key} is {found}, its parts say {value}"
+            raise InvalidInput(
+                [Diagnostic("E603", message, None, "compile the problem again", source=source)]
+            )
 
 
 def _first_line(error: BaseException) -> str:
@@ -151,17 +235,22 @@ def _plan(data: dict[str, Any]) -> Plan:
     def operand(item: dict[str, str]) -> Operand:
         return Operand(item.get("value"), item.get("constant"))
 
-    assert math.isfinite(data["clock_hz"])
+    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
+    order = [output["name"] for output in data["problem"]["outputs"]]
+
+    def delivered(items: dict[str, Any]) -> dict[str, Any]:
+        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
+
     return Plan(
         name=data["name"],
         description=data["description"],
         target=data["target_data"],
         problem=data["problem"],
         options=data["options"],
-        initiation_interval=data["initiation_interval"],
-        latency_cycles=data["latency"]["cycles"],
-        cau_cycles=data["latency"]["cau_cycles"],
-        units=tuple(Unit(u["id"], u["kind"], u["latency"]) for u in data["units"]),
+        initiation_interval=int(data["initiation_interval"]),
+        latency_cycles=int(data["latency"]["cycles"]),
+        cau_cycles=int(data["latency"]["cau_cycles"]),
+        units=tuple(Unit(u["id"], u["kind"], int(u["latency"])) for u in data["units"]),
         operations=tuple(
             Operation(
                 id=o["id"],
@@ -170,8 +259,8 @@ def _plan(data: dict[str, Any]) -> Plan:
                 kind=o["kind"],
                 mode=o["mode"],
                 unit=o["unit"],
-                start=o["start"],
-                finish=o["finish"],
+                start=int(o["start"]),
+                finish=int(o["finish"]),
                 ports=tuple(o["ports"]),
                 operands=tuple(operand(item) for item in o["operands"]),
                 results=tuple(o["results"]),
@@ -180,11 +269,11 @@ def _plan(data: dict[str, Any]) -> Plan:
             for o in data["operations"]
         ),
         fifos=tuple(
-            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), f["depth"], f["width"])
+            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), int(f["depth"]), int(f["width"]))
             for f in data["fifos"]
         ),
-        outputs={name: operand(item) for name, item in data["outputs"].items()},
+        outputs={name: operand(item) for name, item in delivered(data["outputs"]).items()},
         optimal=data["optimal"],
-        bounds=data["bounds"],
-        accuracy=data["accuracy"],
+        bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
+        accuracy=delivered(data["accuracy"]),
     )

@@ -23,7 +23,8 @@ def _rows(rows: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {name:<{width}}  {text}" for name, text in rows]
 
 
-def _count(number: int, noun: str) -> str:
+def count(number: int, noun: str) -> str:
+    """Return a number and its noun, in the plural but for 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -33,16 +34,23 @@ def plan_text(plan: Plan) -> str:
     others = [f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in CAU_KINDS]
     proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
     by_kind = f"{caus['standard']} standard, {caus['implicit']} implicit"
-    path = " + ".join(f"{cycles} {kind}" for kind, cycles in plan.critical_path().items())
+    longest = plan.critical_path()
+    path = " + ".join(f"{cycles} {kind}" for kind, cycles in longest.items())
     rate = plan.clock_hz / plan.initiation_interval
     rows = [
-        ("processors", f"{_count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
+        ("processors", f"{count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
         ("operators", ", ".join(others) or "none"),
-        ("latency", f"{plan.latency_cycles} cycles, {_seconds(plan.latency_seconds)} ({proven['latency']})"),
-        ("  CAUs alone", f"{plan.cau_cycles} cycles, {_seconds(plan.cau_cycles / plan.clock_hz)}"),
-        ("  longest path", f"{path or 'wires'} cycles"),
-        ("interval", f"{_count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
-        ("FIFO words", f"{plan.fifo_words} in {_count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
+        (
+            "latency",
+            f"{count(plan.latency_cycles, 'cycle')}, {_seconds(plan.latency_seconds)} ({proven['latency']})",
+        ),
+        ("  CAUs alone", f"{count(plan.cau_cycles, 'cycle')}, {_seconds(plan.cau_cycles / plan.clock_hz)}"),
+        (
+            "  longest path",
+            f"{path} {'cycle' if sum(longest.values()) == 1 else 'cycles'}" if path else "none",
+        ),
+        ("interval", f"{count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
+        ("FIFO words", f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
     ]
     lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
     return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
@@ -54,8 +62,8 @@ def _proven(plan: Plan, name: str) -> str:
     return f"at least {plan.bounds[name]}"
 
 
-def _figure(number: float | None) -> str:
-    return "-" if number is None else f"{number:.3g}"
+def _figure(number: float | None, unit: str = "") -> str:
+    return "-" if number is None else f"{number:.3g}{unit}"
 
 
 def _accuracy(plan: Plan) -> list[str]:
@@ -66,7 +74,7 @@ def _accuracy(plan: Plan) -> list[str]:
         unit = " rad" if output["angle"] else ""
         seen = figures["observed"]
         bound = "not derived" if figures["bound"] is None else _figure(figures["bound"]["value"])
-        table.append((output["name"], _figure(seen["max"]) + unit, _figure(seen["rms"]) + unit, bound))
+        table.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
     return _table(table)
 
 
@@ -79,18 +87,21 @@ def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
 
 def comparison_text(plan: Plan, comparison: Comparison) -> str:
     """Return the summary of a simulation, ending in a newline."""
-    lines = [f"{plan.name} on {plan.target['name']}: {comparison.samples} samples, {comparison.valid} valid"]
+    lines = [
+        f"{plan.name} on {plan.target['name']}: "
+        f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
+    ]
     if comparison.lost:
-        lines.append(f"  {comparison.lost} samples that the equations can do came out invalid")
+        lines.append(f"  {count(comparison.lost, 'sample')} that the equations can do came out invalid")
     if comparison.gained:
-        lines.append(f"  {comparison.gained} samples at the edge of the domain came out valid")
+        lines.append(f"  {count(comparison.gained, 'sample')} at the edge of the domain came out valid")
     rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
     for output in plan.problem["outputs"]:
         seen = comparison.observed[output["name"]]
         unit = " rad" if output["angle"] else ""
         bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
         bound_text = "not derived" if bound is None else _figure(bound["value"])
-        rows.append((output["name"], _figure(seen.max) + unit, _figure(seen.rms) + unit, bound_text))
+        rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), bound_text))
     return "\n".join([*lines, *_table(rows)]) + "\n"
 
 

@@ -39,10 +39,13 @@ class NumberFormat(Protocol):
         """Return the exact values of words, NaN for the invalid word."""
 
     def constant(self, number: Fraction) -> Word:
-        """Return the word nearest to a number, ties to even.  Raises OverflowError beyond the range."""
+        """Return the word nearest to a number, ties to even.
+
+        Raises OverflowError beyond the range, and for a non-zero number too small to keep all its bits.
+        """
 
     def constant_text(self, number: Fraction) -> str:
-        """Return the shortest decimal text that reads back as the word of a number."""
+        """Return the shortest decimal text that reads back as `constant(number)`; raises as it does."""
 
     def parse_constant(self, text: str) -> Word:
         """Return the word of a decimal text.  Raises ValueError or OverflowError."""
@@ -107,7 +110,7 @@ _LONGEST_TEXT = 200
 _LARGEST_TEXT_EXPONENT = 1000
 _LARGEST_SINGLE = Fraction(2**24 - 1) * 2**104
 _OVERFLOW_FROM = Fraction(2**25 - 1) * 2**103
-_SMALLEST_SINGLE_EXPONENT = -149
+_SMALLEST_NORMAL = 2.0**-126
 
 
 def _without_infinities(words: Word) -> Word:
@@ -127,9 +130,10 @@ def _nearest_single(number: Fraction) -> np.float32:
     exponent = magnitude.numerator.bit_length() - magnitude.denominator.bit_length()
     if magnitude < Fraction(2) ** exponent:
         exponent -= 1
-    ulp_exponent = max(exponent - 23, _SMALLEST_SINGLE_EXPONENT)
-    mantissa = round(magnitude / Fraction(2) ** ulp_exponent)
-    value = math.ldexp(mantissa, ulp_exponent)
+    mantissa = round(magnitude / Fraction(2) ** (exponent - 23))
+    value = math.ldexp(mantissa, exponent - 23)
+    if value < _SMALLEST_NORMAL:
+        raise OverflowError("the constant is too small for IEEE single, whose least normal number is 1.2e-38")
     return np.float32(-value if number < 0 else value)
 
 

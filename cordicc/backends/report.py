@@ -57,7 +57,7 @@ def render(plan: Plan) -> str:
         headline=labels.headline(plan),
         figures=_figures(plan),
         units=_units(plan),
-        accuracy=[_accuracy(name, plan.accuracy.get(name)) for name in sorted(plan.outputs)],
+        accuracy=[_accuracy(name, plan.accuracy.get(name)) for name in plan.outputs],
         inputs=plan.problem.get("inputs", []),
         constants=sorted(plan.problem.get("constants", {}).items()),
         equations=[

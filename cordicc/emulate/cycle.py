@@ -16,16 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cordicc.emulate.functional import (
-    Arithmetic,
-    Floats,
-    Outputs,
-    Word,
-    constant_word,
-    deliver,
-    dependence_order,
-    prepare,
-)
+from cordicc.arith.formats import FloatArray, Word
+from cordicc.arith.machine import Arithmetic
+from cordicc.emulate.stream import Outputs, constant_word, deliver, dependence_order, prepare
 from cordicc.plan import Fifo, Operand, Operation, Plan
 
 _LANE_SAMPLES = 32
@@ -45,7 +38,7 @@ class Snapshot:
     cycle: int
     values: Mapping[str, Register]
     fifos: Mapping[str, Register]
-    outputs: Mapping[str, Floats]
+    outputs: Mapping[str, FloatArray]
 
 
 def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> Outputs:
@@ -72,7 +65,7 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
 
 
 def clock(
-    plan: Plan, arithmetic: Arithmetic, stream: Mapping[str, Floats], steps: int, lanes: int
+    plan: Plan, arithmetic: Arithmetic, stream: Mapping[str, FloatArray], steps: int, lanes: int
 ) -> Iterator[Snapshot]:
     """Yield every cycle until the last outputs left; `stream` holds (steps, lanes) numbers per input.
 
@@ -162,11 +155,11 @@ class _Machine:
         results = self._arithmetic.execute(operation.op, operation.params, operation.kind, words)
         return {name: word for name, word in zip(operation.results, results, strict=True) if name is not None}
 
-    def _leaving(self, cycle: int) -> dict[str, Floats]:
+    def _leaving(self, cycle: int) -> dict[str, FloatArray]:
         """Return the outputs that leave in this cycle."""
         if not self._in_stream(cycle - self._plan.latency_cycles):
             return {}
-        found: dict[str, Floats] = {}
+        found: dict[str, FloatArray] = {}
         for name, operand in self._plan.outputs.items():
             word = self._read(f"out.{name}", operand)
             if word is None:

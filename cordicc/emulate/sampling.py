@@ -6,6 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,12 @@ def draw(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, Floats]
         return {item["name"]: columns[item["name"]][rows] for item in problem["inputs"]}
     drawn = {}
     for item in problem["inputs"]:
-        lo, hi = item["lo"], item["hi"]
-        drawn[item["name"]] = np.clip(lo + (hi - lo) * generator.random(count), lo, hi)
+        lo, hi = float(item["lo"]), float(item["hi"])
+        share = generator.random(count)
+        wide = not math.isfinite(hi - lo)
+        drawn[item["name"]] = np.clip(
+            hi * share + lo * (1 - share) if wide else lo + (hi - lo) * share, lo, hi
+        )
     return drawn
 
 
@@ -51,25 +56,32 @@ def read_csv(text: str, name: str, inputs: list[str]) -> tuple[dict[str, Floats]
         InvalidInput: a column is missing or twice, a row has another length, a field is no decimal number.
     """
     source = Source(name, text)
+    if not text.strip():
+        raise InvalidInput([Diagnostic("E612", "the file is empty", source=source)])
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         header = [field.strip() for field in next(reader, [])]
-        rows = [(reader.line_num, row) for row in reader if row]
+        rows = [(reader.line_num, row) for row in islice(reader, MAX_ROWS + 1) if row]
     except csv.Error as error:
         raise InvalidInput([Diagnostic("E611", f"not CSV: {error}", source=source)]) from None
+    if len(rows) > MAX_ROWS:
+        raise InvalidInput([Diagnostic("E611", f"the file has more than {MAX_ROWS} rows", source=source)])
     found = _columns(header, inputs, source)
     problems: list[Diagnostic] = []
     columns: dict[str, list[float]] = {column: [] for column in inputs}
     for line, row in rows:
-        span = Span(line, 1, 1 + len(source.line(line)))
         if len(row) != len(header):
-            message = f"{len(row)} fields in a row under a header of {len(header)}"
-            problems.append(Diagnostic("E613", message, span, source=source))
+            fields = "1 field" if len(row) == 1 else f"{len(row)} fields"
+            message = f"{fields} in a row under a header of {len(header)}"
+            problems.append(Diagnostic("E613", message, _line_span(source, line), source=source))
             continue
         for column in inputs:
-            number = _decimal(row[found[column]])
-            if number is None:
-                message = f"'{row[found[column]].strip()}' is not a decimal number (column '{column}')"
+            field = row[found[column]].strip()
+            number = _decimal(field)
+            if number is None or not math.isfinite(number):
+                what = "decimal" if number is None else "finite"
+                message = f"'{field[:80]}' is not a {what} number (column '{column}')"
+                span = _field_span(source, line, found[column], field)
                 problems.append(Diagnostic("E614", message, span, source=source))
             else:
                 columns[column].append(number)
@@ -87,25 +99,42 @@ def read_csv(text: str, name: str, inputs: list[str]) -> tuple[dict[str, Floats]
 
 def _columns(header: list[str], inputs: list[str], source: Source) -> dict[str, int]:
     problems = []
+    whole = _line_span(source, 1)
+    hint = None
+    if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
+        hint = "fields are separated by commas"
     for name in inputs:
         if header.count(name) != 1:
             what = "twice in the header" if name in header else "missing from the header"
-            problems.append(Diagnostic("E612", f"input '{name}' is {what}", Span(1, 1, 2), source=source))
+            problems.append(Diagnostic("E612", f"input '{name}' is {what}", whole, hint, source=source))
     if problems:
         raise InvalidInput(problems)
     return {name: header.index(name) for name in inputs}
 
 
+def _line_span(source: Source, line: int) -> Span:
+    return Span(line, 1, 1 + max(1, len(source.line(line))))
+
+
+def _field_span(source: Source, line: int, index: int, field: str) -> Span:
+    """Return where a field stands, the whole line if quotes are in the way."""
+    text = source.line(line)
+    fields = text.split(",")
+    if '"' in text or index >= len(fields) or fields[index].strip() != field:
+        return _line_span(source, line)
+    before = sum(len(each) + 1 for each in fields[:index])
+    column = 1 + before + (len(fields[index]) - len(fields[index].lstrip()))
+    return Span(line, column, column + max(1, len(field)))
+
+
 def _decimal(text: str) -> float | None:
-    """Return a finite decimal number, or None; spellings that only Python knows are refused."""
-    text = text.strip()
+    """Return a decimal number, perhaps not finite, or None; spellings that only Python knows are refused."""
     if not text.isascii() or "_" in text:
         return None
     try:
-        number = float(text)
+        return float(text)
     except ValueError:
         return None
-    return number if math.isfinite(number) else None
 
 
 def write_csv(outputs: Mapping[str, NDArray[Any]]) -> str:

@@ -50,4 +50,7 @@ CODES: dict[str, str] = {
     "W103": "an input is not used",
     "W104": "a setting has no effect",
     "W105": "the YAML reader had a remark",
+    "W106": "a unit that is not the one of the values",
+    "W107": "an error limit is not enforced",
+    "W108": "an assumption is not checked",
 }

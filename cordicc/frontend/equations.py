@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from cordicc.diagnostics import Report, Span
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import ANGLE, LinearForm, linear_form, lower_all
-from cordicc.frontend.reading import NAME, check_keys, entry, wanted
-from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
+from cordicc.frontend.reading import NAME, check_keys, wanted
+from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
 from cordicc.frontend.solve import SolveRequest, solve
 from cordicc.frontend.syntax import Expr, Relation, names, parse_definition, parse_relation
 from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
@@ -63,7 +63,7 @@ def parse_equations(node: YamlNode, places: Places, report: Report) -> list[Pars
         report.error("E208", "there are no equations", node.span)
     parsed = []
     for item in node.items:
-        if len(report.diagnostics) >= MAX_ERRORS:
+        if report.errors >= MAX_ERRORS:
             break
         if item.kind is NodeKind.MAPPING:
             equation = _parse_solve(item, places, report)
@@ -89,14 +89,16 @@ def _parse_definition(text: Text, report: Report) -> ParsedEquation | None:
 
 
 def _parse_solve(item: YamlNode, places: Places, report: Report) -> ParsedEquation | None:
-    solve_node, for_node, branch_node = (entry(item, key) for key in ("solve", "for", "branch"))
-    if solve_node is None:
-        keys = [key.value for key, _ in item.pairs]
+    keys = [key.value for key, _ in item.pairs]
+    if not any(nearest(key, ["solve"]) for key in keys):
         hint = f"write '{keys[0]} = ...'" if len(keys) == 1 and NAME.fullmatch(keys[0]) else None
         message = "an equation is 'name = expression', or a mapping with 'solve' and 'for'"
         report.error("E202", message, item.span, hint)
         return None
-    check_keys(item, ("solve", "for", "branch"), report)
+    entries = check_keys(item, ("solve", "for", "branch"), report)
+    solve_node, for_node, branch_node = (entries.get(key) for key in ("solve", "for", "branch"))
+    if solve_node is None:  # a key that is near 'solve' but nearer to another
+        return None
     relations = _parse_relations(solve_node, places, report)
     if for_node is None:
         hint = "add 'for: NAME' with the unknown"
@@ -152,7 +154,7 @@ def define_equations(parsed: Sequence[ParsedEquation], scope: Scope, zeros: Zero
     first = {e.target: e for e in reversed(parsed) if e.target not in scope.lines}
     scope.later = {name: (e.span.line, e.uses) for name, e in first.items()}
     for equation in parsed:
-        if len(scope.report.diagnostics) >= MAX_ERRORS:
+        if scope.report.errors >= MAX_ERRORS:
             break
         target, line = equation.target, equation.span.line
         if not scope.check_new(target, equation.span, line):

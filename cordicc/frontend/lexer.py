@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
+from cordicc.frontend.hints import NO_CONDITIONALS
 from cordicc.ir.fold import LARGEST, SMALLEST
 
 MAX_TOKENS = 20_000
@@ -141,6 +142,7 @@ def _foreign(text: str, at: int) -> ExpressionError:
             "{": "use parentheses ( )",
             "%": "there is no remainder operator",
             "|": "use abs(...)",
+            "?": NO_CONDITIONALS,
             "'": "names are written without quotes",
             '"': "names are written without quotes",
         }.get(character)

@@ -7,32 +7,32 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from heapq import heappop, heappush
 from pathlib import Path
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
 from cordicc.frontend.equations import Defined, define_equations, parse_equations
 from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.lower import emit
+from cordicc.frontend.outputs import OutputReader
 from cordicc.frontend.reading import (
     check_keys,
     check_name,
-    entry,
-    read_boolean,
     read_constant,
     read_mapping,
     read_text,
     wanted,
 )
-from cordicc.frontend.samples import Assumptions, check_assumptions, read_assumptions, read_samples
-from cordicc.frontend.scope import MAX_ERRORS, Scope, did_you_mean
+from cordicc.frontend.samples import read_samples
+from cordicc.frontend.scope import MAX_ERRORS, Scope
 from cordicc.frontend.syntax import names, parse_expression
 from cordicc.frontend.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.zero import ZeroTest
-from cordicc.ir.graph import Builder, Graph, Value
+from cordicc.ir.graph import Builder, Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 
 KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume")
+_DEGREES = ("deg", "degs", "degree", "degrees", "°")
+_PLAIN = re.compile(r"[-+]?[0-9.]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +102,11 @@ def _parse(source: Source, base: Path | None, bom: bool) -> LoadedProblem:
         raise InvalidInput(report.ordered())
     problem = _Loader(Places(source), report, base).load(root)
     if report.failed or problem is None:
-        shown = report.ordered()[:MAX_ERRORS]
-        if len(report.diagnostics) >= MAX_ERRORS:
+        shown = report.first(MAX_ERRORS)
+        if report.errors >= MAX_ERRORS:
             shown.append(Diagnostic("E299", f"only the first {MAX_ERRORS} errors are shown", source=source))
         raise InvalidInput(shown)
-    return LoadedProblem(problem, tuple(report.ordered()), source)
+    return LoadedProblem(problem, tuple(report.first(MAX_ERRORS)), source)
 
 
 class _Loader:
@@ -120,15 +120,14 @@ class _Loader:
         self.input_spans: dict[str, Span] = {}
 
     def full(self) -> bool:
-        return len(self.report.diagnostics) >= MAX_ERRORS
+        return self.report.errors >= MAX_ERRORS
 
     def load(self, root: YamlNode) -> Problem | None:
         if root.kind is not NodeKind.MAPPING:
             hint = "it has the keys " + ", ".join(KEYS)
             self.report.error("E202", wanted("a problem file", "a mapping", root), root.span, hint)
             return None
-        check_keys(root, KEYS, self.report)
-        parts = {key.value: value for key, value in root.pairs}
+        parts = check_keys(root, KEYS, self.report)
         name = self.read_name(parts.get("name"))
         description = parts.get("description")
         about = (read_text(description, "'description'", self.report) or "") if description else ""
@@ -136,7 +135,8 @@ class _Loader:
         self.read_inputs(parts.get("inputs"), root)
         ranges = {spec.name: (float(spec.lo), float(spec.hi)) for spec in self.inputs}
         defined = self.read_equations(parts.get("equations"), root, ranges)
-        outputs, values = self.read_outputs(parts.get("outputs"), defined)
+        reader = OutputReader(self.scope, self.places, defined)
+        outputs, values = reader.read(parts.get("outputs"))
         samples, assumptions = self.read_facts(parts, defined)
         if self.report.failed:
             return None
@@ -179,7 +179,7 @@ class _Loader:
         self.scope.outside, self.scope.later = {}, {}
 
     def read_inputs(self, node: YamlNode | None, root: YamlNode) -> None:
-        form = "write 'name: [low, high]' lines"
+        form = "write 'name: [low, high]' lines such as 'x: [0, 1]'"
         if node is None:
             self.report.error("E208", "'inputs' is missing", root.span, form)
             return
@@ -202,11 +202,11 @@ class _Loader:
                 self.inputs.append(spec)
 
     def read_input(self, name: str, node: YamlNode) -> InputSpec | None:
-        unit = None
+        unit, unit_node = None, None
         span_node: YamlNode | None = node
         if node.kind is NodeKind.MAPPING:
-            check_keys(node, ("range", "unit"), self.report)
-            unit_node, span_node = entry(node, "unit"), entry(node, "range")
+            entries = check_keys(node, ("range", "unit"), self.report)
+            unit_node, span_node = entries.get("unit"), entries.get("range")
             unit = read_text(unit_node, "'unit'", self.report) if unit_node is not None else None
             if span_node is None:
                 self.report.error("E208", f"the input '{name}' has no range", node.span)
@@ -226,7 +226,19 @@ class _Loader:
             message = f"the range of '{name}' is empty: {_shown(lo)} > {_shown(hi)}"
             self.report.error("E211", message, span_node.span)
             return None
+        if unit_node is not None and unit is not None and unit.strip().lower() in _DEGREES:
+            self.warn_degrees(name, unit_node, span_node)
         return InputSpec(name, lo, hi, unit)
+
+    def warn_degrees(self, name: str, unit: YamlNode, ends: YamlNode) -> None:
+        written = [" ".join(item.value.split()) for item in ends.items]
+        if any("deg" in text or "pi" in text for text in written):
+            hint = "the range is in radians: write 'unit: rad'"
+        else:
+            low, high = (f"{text}*deg" if _PLAIN.fullmatch(text) else f"({text})*deg" for text in written)
+            hint = f"write the range as [{low}, {high}]"
+        message = f"units are labels only: '{name}' is in radians, as are all angles"
+        self.report.warning("W106", message, unit.span, hint)
 
     def read_equations(
         self, node: YamlNode | None, root: YamlNode, ranges: Mapping[str, tuple[float, float]]
@@ -237,82 +249,6 @@ class _Loader:
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
         parsed = parse_equations(node, self.places, self.report)
         return define_equations(parsed, self.scope, ZeroTest(self.scope.builder, all_ranges))
-
-    def read_outputs(
-        self, node: YamlNode | None, defined: Defined
-    ) -> tuple[tuple[OutputSpec, ...], dict[str, Value]]:
-        listed: list[tuple[str, YamlNode | None, YamlNode | None]]
-        if node is None or node.is_null:
-            used = {name for target, uses in defined.uses.items() for name in uses if name != target}
-            listed = [(name, None, None) for name in defined.uses if name not in used]
-        else:
-            listed = [(key.value, key, options) for key, options in self.listed_outputs(node)]
-        specs: dict[str, OutputSpec] = {}
-        values: dict[str, Value] = {}
-        for name, key, options in listed:
-            if self.full():
-                break
-            if key is not None and not self.is_output(key, specs, defined):
-                continue
-            spec = self.read_output(name, options, defined)
-            specs[name] = spec
-            value = self.scope.values.get(name)
-            if value is not None:
-                self.scope.builder.origin = name
-                values[name] = emit(self.scope.builder, "wrap", [value]) if spec.wrap else value
-        return tuple(specs.values()), values
-
-    def listed_outputs(self, node: YamlNode) -> list[tuple[YamlNode, YamlNode | None]]:
-        if node.kind is NodeKind.SCALAR:
-            hint = "write '[name, name]'"
-            self.report.error("E202", wanted("'outputs'", "a list or a mapping", node), node.span, hint)
-            return []
-        if node.size == 1:
-            self.report.error("E208", "there are no outputs", node.span)
-        if node.kind is NodeKind.MAPPING:
-            return list(node.pairs)
-        found: list[tuple[YamlNode, YamlNode | None]] = []
-        for item in node.items:
-            if item.kind is NodeKind.SCALAR and not item.is_null:
-                found.append((item, None))
-            else:
-                hint = "options need the form 'outputs: {name: {max_error: 1e-5}}'"
-                self.report.error("E202", wanted("an output", "a name", item), item.span, hint)
-        return found
-
-    def is_output(self, key: YamlNode, specs: Mapping[str, OutputSpec], defined: Defined) -> bool:
-        name = key.value
-        if name in specs:
-            self.report.error("E214", f"the output '{name}' is listed twice", key.span)
-            return False
-        if name in defined.uses:
-            return True
-        if name in self.scope.lines:
-            hint = "only what an equation defines can be an output"
-        else:
-            hint = did_you_mean(name, defined.uses) or "no equation defines that name"
-        if name not in self.scope.later:
-            self.report.error("E213", f"unknown output '{name[:60]}'", key.span, hint)
-        return False
-
-    def read_output(self, name: str, options: YamlNode | None, defined: Defined) -> OutputSpec:
-        is_angle = _is_angle(name, defined)
-        wrap, max_error = True, None
-        if options is not None:
-            form = "write '{max_error: 1e-5}' or '{wrap: false}'"
-            read_mapping(options, f"the options of '{name}'", form, self.report)
-            check_keys(options, ("max_error", "wrap"), self.report)
-            wrap_node, error_node = entry(options, "wrap"), entry(options, "max_error")
-            if wrap_node is not None:
-                wrap = read_boolean(wrap_node, "'wrap'", self.report) is not False
-                if not is_angle and name in defined.forms and self.scope.values.get(name) is not None:
-                    message = f"'{name}' is not an angle: 'wrap' has no effect"
-                    self.report.warning("W104", message, wrap_node.span)
-            if error_node is not None:
-                max_error = read_constant(error_node, "'max_error'", self.scope, self.places)
-                if max_error is not None and max_error <= 0:
-                    self.report.error("E215", "'max_error' must be greater than 0", error_node.span)
-        return OutputSpec(name, is_angle, is_angle and wrap, max_error)
 
     def read_facts(
         self, parts: Mapping[str, YamlNode], defined: Defined
@@ -332,8 +268,12 @@ class _Loader:
             value = scope.builder.input(name) if number is None else scope.builder.const(number)
             scope.define(name, None if failed else value, self.scope.lines[name])
         assumptions, spans = read_assumptions(node, scope, self.places)
-        if samples is not None and not self.report.failed:
-            check_assumptions(assumptions, spans, samples, self.report)
+        if self.report.failed:
+            return samples, assumptions
+        if samples is not None:
+            check_on_samples(assumptions, spans, samples, self.report)
+        else:
+            check_on_box(assumptions, spans, self.inputs, self.report)
         return samples, assumptions
 
     def warn_unused(
@@ -346,11 +286,11 @@ class _Loader:
             needed |= fresh
             todo.extend(fresh)
         for equation in defined.equations:
-            if equation.target not in needed and not self.full():
+            if equation.target not in needed:
                 message = f"'{equation.target}' is not needed for any output"
                 self.report.warning("W102", message, defined.spans[equation.target])
         for spec in self.inputs:
-            if spec.name not in needed and not self.full():
+            if spec.name not in needed:
                 message = f"the input '{spec.name}' is not used"
                 self.report.warning("W103", message, self.input_spans[spec.name])
 
@@ -365,22 +305,3 @@ def _uses(node: YamlNode) -> frozenset[str]:
 
 def _shown(number: Fraction) -> str:
     return f"{float(number):.12g}"
-
-
-def _is_angle(output: str, defined: Defined) -> bool:
-    """Return whether an integer multiple of an inverse circular function takes part in the sum."""
-    order, targets = defined.order, defined.targets
-    multiples = {output: Fraction(1)}
-    todo = [-order[output]] if output in order else []
-    while todo:
-        target = targets[-heappop(todo)]
-        multiple = multiples.pop(target)
-        form = defined.forms[target]
-        if any(k * multiple and (k * multiple).denominator == 1 for k in form.angles):
-            return True
-        for name, k in form.names.items():
-            if name in order:
-                if name not in multiples:
-                    heappush(todo, -order[name])
-                multiples[name] = multiples.get(name, Fraction(0)) + k * multiple
-    return False

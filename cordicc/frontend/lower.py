@@ -107,9 +107,11 @@ def _chain(builder: Builder, parts: Sequence[Value | None], ops: Sequence[str]) 
 
 
 def power(builder: Builder, base: Value, exponent: Fraction) -> Value:
-    """Return base**exponent."""
+    """Return base**exponent; a zeroth power keeps the domain of its base."""
     if exponent == 0:
-        return builder.const(1)
+        one = builder.const(1)
+        plain = builder.nodes[base.node].op in ("const", "input")
+        return one if plain else builder.emit("guard", [one, base], ("any",))
     return base if exponent == 1 else emit(builder, "pow", [base], (exponent,))
 
 

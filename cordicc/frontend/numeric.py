@@ -63,6 +63,20 @@ _MATH = "sqrt hypot sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh 
 _FUNCTIONS = _OWN | {name: getattr(math, name) for name in _MATH.split()}
 
 
+def evaluate_node(node: Node, operands: Sequence[float], inputs: Mapping[str, float]) -> float:
+    """Return the value of a source-level node; nan where it leaves the real domain."""
+    if node.op == "const":
+        return float(node.params[0])
+    if node.op == "input":
+        return inputs[str(node.params[0])]
+    if not all(math.isfinite(v) for v in operands):
+        return math.nan
+    try:
+        return float(_FUNCTIONS[node.op](*node.params, *operands))
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return math.nan
+
+
 def evaluate(nodes: Sequence[Node], order: Sequence[int], inputs: Mapping[str, float]) -> dict[int, float]:
     """Return the values of the source-level nodes in `order`, which has operands before users.
 
@@ -71,16 +85,5 @@ def evaluate(nodes: Sequence[Node], order: Sequence[int], inputs: Mapping[str, f
     values: dict[int, float] = {}
     for index in order:
         node = nodes[index]
-        if node.op == "const":
-            values[index] = float(node.params[0])
-        elif node.op == "input":
-            values[index] = inputs[str(node.params[0])]
-        else:
-            operands = [values[v.node] for v in node.operands]
-            values[index] = math.nan
-            if all(math.isfinite(v) for v in operands):
-                try:
-                    values[index] = _FUNCTIONS[node.op](*node.params, *operands)
-                except (ValueError, OverflowError, ZeroDivisionError):
-                    continue
+        values[index] = evaluate_node(node, [values[v.node] for v in node.operands], inputs)
     return values

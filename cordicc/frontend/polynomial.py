@@ -18,6 +18,7 @@ Poly = Mapping[tuple[int, int], Value]
 
 MAX_MULTIPLE = 8
 _MAX_DEGREE = 16
+_MAX_SHOWN = 100
 _SYSTEMS = {"cos": 1, "sin": 1, "cosh": -1, "sinh": -1}
 
 
@@ -106,6 +107,11 @@ class Coefficients:
         return result
 
 
+def another_unknown(multiple: Fraction | int, unknown: str) -> str:
+    """Return the hint to solve for a multiple of the unknown."""
+    return f"solve for another unknown such as {'v' if unknown == 'w' else 'w'} = {multiple}*{unknown}"
+
+
 class Expander:
     """Expands expressions in one unknown; parts free of it are lowered as they are written."""
 
@@ -115,6 +121,7 @@ class Expander:
         self.unknown = unknown
         self.maths = maths
         self.system: int | None = None
+        self.multiples: set[int] = set()
         self._bound: set[int] = set()
 
     def expand(self, expr: Expr) -> Poly | None:
@@ -195,6 +202,8 @@ class Expander:
             raise ExpressionError("E302", message, *expr.at)
         for poly, other in ((p, q), (q, p)):
             if set(poly) <= {(0, 0)}:
+                if not poly:
+                    self.maths.dropped.extend(other.values())
                 return self.maths.scale(other, poly[0, 0]) if poly else {}
         return self.maths.multiply(p, q, self.system or 1)
 
@@ -207,6 +216,8 @@ class Expander:
             raise ExpressionError("E209", "division by zero", *divisor.at)
         if self.maths.builder.constant(value) == 1:
             return p
+        if not p:
+            self.maths.dropped.append(emit(self.maths.builder, "div", [self.maths.builder.const(0), value]))
         return {k: emit(self.maths.builder, "div", [v, value]) for k, v in p.items()}
 
     def _power(self, expr: Power, parts: list[Poly]) -> Poly:
@@ -218,6 +229,8 @@ class Expander:
             message = f"a root or reciprocal of an expression in '{self.unknown}'"
             raise ExpressionError("E302", message, *expr.at)
         result: Poly = {(0, 0): self.maths.builder.const(1)}
+        if exponent == 0:
+            self.maths.dropped.extend(parts[0].values())
         for _ in range(int(exponent)):
             result = self._times(result, parts[0], expr)
         return result
@@ -237,7 +250,10 @@ class Expander:
         if multiple.denominator != 1 or abs(multiple) > MAX_MULTIPLE:
             message = f"{expr.function} of {multiple} times '{self.unknown}'"
             hint = f"multiples must be integers of at most {MAX_MULTIPLE}"
+            if 1 < multiple.denominator <= _MAX_SHOWN:
+                hint += f"; {another_unknown(multiple, self.unknown)}"
             raise ExpressionError("E302", message, *expr.at, hint)
+        self.multiples.add(int(multiple))
         cosine, sine = self._multiple_angle(int(multiple), system)
         return self._shifted(expr.function, cosine, sine, offset, system)
 

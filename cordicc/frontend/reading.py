@@ -9,7 +9,7 @@ from fractions import Fraction
 from cordicc.diagnostics import Report
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import lower
-from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, did_you_mean
+from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
 from cordicc.frontend.syntax import parse_expression
 from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 
@@ -22,17 +22,21 @@ def wanted(what: str, form: str, node: YamlNode) -> str:
     return f"{what} must be {form}, not {node.described}"
 
 
-def entry(node: YamlNode, key: str) -> YamlNode | None:
-    """Return the value of a key of a mapping, None if it is absent."""
-    return next((value for k, value in node.pairs if k.value == key), None)
+def check_keys(node: YamlNode, known: Sequence[str], report: Report) -> dict[str, YamlNode]:
+    """Return the values of a mapping by key; report the keys that are not known.
 
-
-def check_keys(node: YamlNode, known: Sequence[str], report: Report) -> None:
-    """Report the keys of a mapping that are not known."""
-    for key, _ in node.pairs:
-        if key.value not in known and len(report.diagnostics) < MAX_ERRORS:
-            hint = did_you_mean(key.value, known) or "the keys are " + ", ".join(known)
-            report.error("E201", f"unknown key '{key.value}'", key.span, hint)
+    A misspelt key stands for the one that is meant, unless that is there too.
+    """
+    entries = {key.value: value for key, value in node.pairs if key.value in known}
+    for key, value in node.pairs:
+        if key.value not in known:
+            meant = nearest(key.value, known)
+            if meant is not None:
+                entries.setdefault(meant, value)
+            if report.errors < MAX_ERRORS:
+                hint = f"did you mean '{meant}'?" if meant else "the keys are " + ", ".join(known)
+                report.error("E201", f"unknown key '{key.value}'", key.span, hint)
+    return entries
 
 
 def read_mapping(node: YamlNode, what: str, form: str, report: Report) -> list[tuple[YamlNode, YamlNode]]:

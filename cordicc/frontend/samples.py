@@ -1,4 +1,4 @@
-"""Samples of the true workspace, and the assumptions about the inputs that they must satisfy."""
+"""Samples of the true workspace."""
 
 from __future__ import annotations
 
@@ -6,23 +6,15 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from cordicc.diagnostics import Report, Span
-from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.lower import lower
-from cordicc.frontend.numeric import evaluate
+from cordicc.diagnostics import Report
 from cordicc.frontend.reading import wanted
-from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
-from cordicc.frontend.syntax import RELATIONS, parse_relation
-from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
-from cordicc.ir.graph import Graph, Value
-from cordicc.ir.problem import Assumption, InputSpec, SampleTable
+from cordicc.frontend.yamltree import NodeKind, YamlNode
+from cordicc.ir.problem import InputSpec, SampleTable
 
 MAX_SAMPLE_BYTES = 64 << 20
 MAX_SAMPLE_ROWS = 100_000
-_TOLERANCE = 1e-6
 
 
 class _UnreadableError(Exception):
@@ -108,75 +100,3 @@ def _check_ranges(
             message = f"'{spec.name}' = {first!r} in row {outside[0]} is outside its range [{lo!r}, {hi!r}]"
             more = f"{len(outside)} rows are outside" if len(outside) > 1 else None
             report.error("E221", message, node.span, more)
-
-
-@dataclass(frozen=True, slots=True)
-class Assumptions:
-    """The assumptions as values of a graph of their own."""
-
-    items: tuple[Assumption, ...]
-    graph: Graph
-
-
-def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[Assumptions, list[Span]]:
-    """Return the assumptions of the list `node`; `scope` has the inputs and constants alone."""
-    report = scope.report
-    read: list[tuple[str, str, Value, Value, Span]] = []
-    if node.kind is not NodeKind.SEQUENCE:
-        hint = "each assumption is an item: '- x > 0'"
-        report.error("E202", wanted("'assume'", "a list", node), node.span, hint)
-    for item in node.items:
-        if len(report.diagnostics) >= MAX_ERRORS:
-            break
-        if item.kind is not NodeKind.SCALAR or item.is_null:
-            report.error("E202", wanted("an assumption", "a relation such as 'x > 0'", item), item.span)
-            continue
-        text = Text(item, places)
-        try:
-            relation = parse_relation(item.value, RELATIONS)
-        except ExpressionError as error:
-            text.report(report, error)
-            continue
-        left, right = lower(relation.left, scope, text), lower(relation.right, scope, text)
-        if left is not None and right is not None:
-            read.append((" ".join(item.value.split()), relation.relation, left, right, item.span))
-    sides = {f"left{i}": entry[2] for i, entry in enumerate(read)}
-    sides |= {f"right{i}": entry[3] for i, entry in enumerate(read)}
-    graph = scope.builder.build(sides)
-    items = tuple(
-        Assumption(text, relation, graph.outputs[f"left{i}"], graph.outputs[f"right{i}"], span.line)
-        for i, (text, relation, _, _, span) in enumerate(read)
-    )
-    return Assumptions(items, graph), [r[4] for r in read]
-
-
-def check_assumptions(
-    assumptions: Assumptions, spans: Sequence[Span], samples: SampleTable, report: Report
-) -> None:
-    """Report each assumption that a sample contradicts, with the first such row.
-
-    Equality is checked to 1e-6 of the largest number on the way.
-    """
-    graph = assumptions.graph
-    for assumption, span in zip(assumptions.items, spans, strict=True):
-        order = sorted(graph.live([assumption.left, assumption.right]))
-        for row in range(samples.rows):
-            point = {name: column[row] for name, column in samples.columns.items()}
-            values = evaluate(graph.nodes, order, point)
-            left, right = values[assumption.left.node], values[assumption.right.node]
-            scale = max(abs(v) for v in values.values() if not math.isnan(v))
-            if not _holds(assumption.relation, left, right, scale):
-                message = (
-                    f"the assumption does not hold in row {row + 1} of the samples: {left!r} and {right!r}"
-                )
-                report.error("E222", message, span)
-                break
-
-
-def _holds(relation: str, left: float, right: float, scale: float) -> bool:
-    if relation == "=":
-        return abs(left - right) <= _TOLERANCE * scale
-    if relation in ("<", ">"):
-        return left < right if relation == "<" else left > right
-    slack = 1e-12 * scale
-    return left <= right + slack if relation == "<=" else left >= right - slack

@@ -62,7 +62,7 @@ class Scope:
             return self.values[name.name]
         if name.name in CONSTANT_NAMES:
             return self.builder.const(BUILT_IN[name.name])
-        if len(self.report.diagnostics) >= MAX_ERRORS:
+        if self.report.errors >= MAX_ERRORS:
             return None
         if name.name in self.outside:
             message = f"'{name.name}' is {self.outside[name.name]} and cannot be used here"
@@ -112,12 +112,18 @@ class Scope:
         return True
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint with the known name nearest to a misspelt one, if there is one."""
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name nearest to a misspelt one, if there is one."""
     known = list(known)
     same = [k for k in known if k.lower() == name.lower()]
     near = same[:1] or get_close_matches(name, known, 1, 0.6)
-    return f"did you mean '{near[0]}'?" if near else None
+    return near[0] if near else None
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    """Return a hint with the known name nearest to a misspelt one, if there is one."""
+    near = nearest(name, known)
+    return f"did you mean '{near}'?" if near else None
 
 
 def shortest_path(start: str, goal: str | None, edges: Mapping[str, frozenset[str]]) -> list[str]:

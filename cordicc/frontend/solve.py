@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from cordicc.diagnostics import Span
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import emit
-from cordicc.frontend.polynomial import Coefficients, Expander, Poly
+from cordicc.frontend.polynomial import Coefficients, Expander, Poly, another_unknown
 from cordicc.frontend.scope import Scope, Text
 from cordicc.frontend.syntax import Place, Relation, names
-from cordicc.frontend.zero import ZeroTest, cone
+from cordicc.frontend.zero import ZeroTest, adds_to_domain
 from cordicc.ir.fold import FoldError
 from cordicc.ir.graph import Param, Value
 
@@ -83,7 +83,7 @@ def _linear(relation: Relation, expander: Expander, zeros: ZeroTest) -> _Linear 
     cosine, sine = ("cos", "sin") if expander.system != -1 else ("cosh", "sinh")
     for powers, value in difference.items():
         if powers not in ((0, 0), (1, 0), (0, 1)) and not maths.vanishes(value, zeros):
-            raise _not_linear(relation.at, unknown, powers, cosine, sine)
+            raise _not_linear(relation.at, expander, powers, cosine, sine)
     zero = maths.builder.const(0)
     B, A = (
         zero if maths.vanishes(v, zeros) else v
@@ -101,14 +101,20 @@ def _constant(poly: Poly) -> Poly:
     return {k: v for k, v in poly.items() if k == (0, 0)}
 
 
-def _not_linear(at: Place, unknown: str, powers: tuple[int, int], cosine: str, sine: str) -> ExpressionError:
+def _not_linear(
+    at: Place, expander: Expander, powers: tuple[int, int], cosine: str, sine: str
+) -> ExpressionError:
+    unknown, hint = expander.unknown, None
+    multiples = {abs(multiple) for multiple in expander.multiples}
+    if len(multiples) == 1 and multiples != {1}:
+        hint = another_unknown(multiples.pop(), unknown)
     parts = [
         f"{name}({unknown})" + (f"**{power}" if power > 1 else "")
         for name, power in zip((cosine, sine), powers, strict=True)
         if power
     ]
     message = f"the equation is not linear in {cosine}({unknown}) and {sine}({unknown})"
-    return ExpressionError("E302", f"{message}: {'*'.join(parts)} does not cancel", *at)
+    return ExpressionError("E302", f"{message}: {'*'.join(parts)} does not cancel", *at, hint)
 
 
 def _single(
@@ -143,7 +149,8 @@ def _pair(
         return None
     if systems != {1}:
         message = "a pair of equations must be in cos and sin of the unknown"
-        report.error("E303", message, request.span)
+        hint = "pairs are for cos and sin; solve one equation in cosh and sinh by itself"
+        report.error("E303", message, request.span, hint)
         return None
     one, two = found
     try:
@@ -174,11 +181,9 @@ def _emitted(
 
 def _with_domain(maths: Coefficients, value: Value, kept: list[Value]) -> Value:
     """Return the value, invalid also where a coefficient that cancelled has no value."""
-    nodes = maths.builder.nodes
-    covered = {index for v in kept for index in cone(nodes, v)}
+    kept = list(kept)
     for dropped in dict.fromkeys(maths.dropped):
-        own = set(cone(nodes, dropped)) - covered
-        if any(nodes[index].definition.partial for index in own):
+        if adds_to_domain(maths.builder.nodes, dropped, kept):
             value = maths.builder.emit("guard", (value, dropped), ("any",))
-            covered |= own
+            kept.append(dropped)
     return value

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import TypeVar
 
+from cordicc.frontend.hints import KEYWORDS, NO_CONDITIONALS, UNITS, function_hint, signature, unit_hint
 from cordicc.frontend.lexer import ExpressionError, Kind, Token, tokenize
 
 MAX_NESTING = 100
@@ -303,7 +303,9 @@ class _Parser:
 
     def call(self, token: Token) -> Expr:
         if token.text not in FUNCTIONS:
-            raise _error("E114", f"unknown function '{token.text}'", token, _function_hint(token.text))
+            raise _error(
+                "E114", f"unknown function '{token.text}'", token, function_hint(token.text, FUNCTIONS)
+            )
         self.open.append(self.advance())
         args: list[Expr] = []
         if self.current.text != ")":
@@ -317,7 +319,7 @@ class _Parser:
             wanted = f"{least} argument{'s' if least > 1 else ''}"
             wanted += "" if most is not None else " or more"
             message = f"'{token.text}' takes {wanted} but has {len(args)}"
-            raise ExpressionError("E115", message, token.start, end, _signature(token.text))
+            raise ExpressionError("E115", message, token.start, end, signature(token.text))
         return Call(token.text, tuple(args), (token.start, end))
 
     def close(self) -> int:
@@ -351,23 +353,14 @@ class _Parser:
         """Raise if an operand stands where an operator is expected."""
         token, before = self.current, self.tokens[self.position - 1]
         if token.kind in (Kind.NUMBER, Kind.NAME) or token.text == "(":
+            for word in (token, before):
+                if word.text in KEYWORDS:
+                    raise _error("E117", f"'{word.text}' is not an operator here", word, NO_CONDITIONALS)
+            if before.kind is Kind.NUMBER and token.text in UNITS:
+                raise _error("E116", f"'{token.text}' after a number", token, unit_hint(token.text))
             hint = f"write '{before.text}*{token.text}' for a product"
             raise _error("E116", f"an operator is missing before '{token.text}'", token, hint)
 
 
 def _error(code: str, message: str, token: Token, hint: str | None = None) -> ExpressionError:
     return ExpressionError(code, message, token.start, max(token.end, token.start + 1), hint)
-
-
-def _function_hint(name: str) -> str:
-    aliases = {"ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
-               "Abs": "abs", "sgn": "sign", "power": "**", "pow": "**"}  # fmt: skip
-    near = [aliases[name]] if name in aliases else get_close_matches(name, FUNCTIONS, 3, 0.5)
-    if near:
-        return "did you mean " + " or ".join(f"'{n}'" for n in near) + "?"
-    return "the functions are " + ", ".join(FUNCTIONS) + "; a product is written with '*'"
-
-
-def _signature(name: str) -> str:
-    forms = {"atan2": "atan2(y, x)", "hypot": "hypot(x, y)", "min": "min(a, b, ...)", "max": "max(a, b, ...)"}
-    return "write " + forms.get(name, f"{name}(x)")

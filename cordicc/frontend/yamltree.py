@@ -26,6 +26,7 @@ from ruamel.yaml.events import (
 from ruamel.yaml.reader import ReaderError
 
 from cordicc.diagnostics import Report, Source, Span
+from cordicc.frontend.yamlerrors import explain
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
@@ -158,7 +159,11 @@ def read_tree(source: Source, report: Report) -> YamlNode | None:
         except _StopError:
             root = None
         except MarkedYAMLError as error:
-            _report_marked(error, places, report)
+            mark = error.problem_mark or error.context_mark
+            index = mark.index if mark is not None else None
+            message, hint = explain(error, source.text)
+            span = None if index is None else places.span(index, index + 1)
+            report.error("E101", message, span, hint)
             root = None
         except ReaderError as error:
             position = error.position if isinstance(error.position, int) else 0
@@ -183,31 +188,22 @@ def _events(text: str) -> Iterator[Any]:
     yield from YAML(typ="safe", pure=True).parse(text)
 
 
+def is_surrogate(character: str) -> bool:
+    """Return whether a character is half of a surrogate pair, which no text can hold."""
+    return "\ud800" <= character <= "\udfff"
+
+
 def _check_characters(text: str, places: Places, report: Report) -> bool:
     for index, character in enumerate(text):
         if " " <= character < "\x7f" or character in "\t\n\r":
             continue
-        if character < "\xa0" or character in "\u2028\u2029\ufeff\ufffe\uffff":
+        if character < "\xa0" or is_surrogate(character) or character in "\u2028\u2029\ufeff\ufffe\uffff":
             span = places.span(index, index + 1)
             message = f"the file contains the character U+{ord(character):04X}, which is not text"
             hint = "indent with spaces and save the file as UTF-8 without control characters"
             report.error("E105", message, span, hint)
             return False
     return True
-
-
-def _report_marked(error: MarkedYAMLError, places: Places, report: Report) -> None:
-    mark = error.problem_mark or error.context_mark
-    span = places.span(mark.index, mark.index + 1) if mark is not None else None
-    problem = " ".join(str(error.problem or error.context or "syntax error").split())
-    hint = None
-    if "mapping values are not allowed" in problem:
-        hint = "put quotes around a text that contains ': '"
-    elif "\\t" in problem or "'\t'" in problem:
-        hint = "indent with spaces, not with tabs"
-    elif "undefined alias" in problem or "alias" in problem or "%" in problem:
-        hint = "put quotes around a text that starts with a special character"
-    report.error("E101", f"not valid YAML: {problem}", span, hint)
 
 
 class _TreeBuilder:
@@ -246,6 +242,10 @@ class _TreeBuilder:
         if isinstance(event, ScalarEvent):
             start, end = event.start_mark.index, event.end_mark.index
             start = self.after_anchor(event, start)
+            lone = next(filter(is_surrogate, event.value), None)
+            if lone is not None:
+                message = f"the text contains U+{ord(lone):04X}, half of a surrogate pair"
+                self.stop("E105", message, event, "write the character itself")
             plain = not event.style
             node = YamlNode(NodeKind.SCALAR, self.places.span(start, end), start, end, event.value, plain)
             self.finish(node, event.anchor, event)

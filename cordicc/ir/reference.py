@@ -21,6 +21,9 @@ from cordicc.ir.graph import Graph, Value
 PRECISION = 113
 """Significand bits of the evaluation, those of IEEE quadruple precision."""
 
+_LARGEST_EXPONENT = 16384
+"""Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
+
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
 Result = Real | None
 _WORKING = (PRECISION, "n")
@@ -78,6 +81,8 @@ def evaluate(
             if jitter:
                 arguments = [shake(argument) for argument in arguments]
             made = None if None in arguments else function(*arguments)
+            if made is not None:
+                made = tuple(map(_bounded, made)) if many else _bounded(made)
             if many:
                 values[at], values[at + 1] = made or (None, None)
             else:
@@ -87,6 +92,11 @@ def evaluate(
             if result is not None:
                 results[row, sample] = libmp.to_float(result, rnd="n")
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def _bounded(result: Result) -> Result:
+    """Return None for a number that no format holds, so that towers of exponentials end."""
+    return None if result is not None and result[2] + result[3] > _LARGEST_EXPONENT else result
 
 
 def _shaker() -> Callable[[Result], Result]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -140,7 +141,8 @@ def _constant(number: Fraction, equation: str, words: NumberFormat) -> str:
     try:
         return words.constant_text(number)
     except OverflowError as error:
-        message = f"the constant {float(number):.6g} in the equation of '{equation}' cannot be held: {error}"
+        shown = Decimal(number.numerator) / Decimal(number.denominator)
+        message = f"the constant {shown:.6g} in the equation of '{equation}' cannot be held: {error}"
         hint = "choose other units for the inputs, so that constants are nearer to 1"
         raise _unattainable("E411", message, hint) from None
 

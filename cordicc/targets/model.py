@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
+from ruamel.yaml.nodes import MappingNode, ScalarNode
 
 from cordicc.arith.machine import Arithmetic
-from cordicc.diagnostics import InvalidInput, Report, Source
+from cordicc.diagnostics import InvalidInput, Report, Source, Span
 
 DEFAULT_TARGET = "kinematic"
 CAU_KINDS = ("standard", "implicit")
@@ -35,6 +36,8 @@ _FUNCTIONS = {
 }
 _SIZE_LIMIT_BYTES = 256 * 1024
 _LATENCY_LIMIT = 100_000
+_LARGEST_NUMBER = 1e12
+_MOST_ERRORS = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,12 +155,12 @@ def load_target(name_or_path: str | os.PathLike[str]) -> Target:
         data = yaml.load(source.text)
     except (YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError) as error:
         mark = getattr(error, "problem_mark", None)
-        where = f" in line {mark.line + 1}" if mark is not None else ""
+        span = None if mark is None else Span(mark.line + 1, mark.column + 1, mark.column + 2)
         problem = getattr(error, "problem", None) or "it cannot be read"
-        raise _failure(report, "E503", f"not valid YAML{where}: {problem}") from None
+        raise _failure(report, "E503", f"not valid YAML: {problem}", span) from None
     if not isinstance(data, dict):
         raise _failure(report, "E503", "a target must be a mapping")
-    target = _Reader(report).target(data)
+    target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(data)
     report.raise_if_failed()
     assert target is not None
     try:
@@ -167,9 +170,26 @@ def load_target(name_or_path: str | os.PathLike[str]) -> Target:
     return target
 
 
-def _failure(report: Report, code: str, message: str) -> InvalidInput:
-    report.error(code, message)
+def _failure(report: Report, code: str, message: str, span: Span | None = None) -> InvalidInput:
+    report.error(code, message, span)
     return InvalidInput(report.ordered())
+
+
+def _span(root: Any, place: str) -> Span | None:
+    """Return where the value at a place such as `units.mul.area` stands, else what encloses it."""
+    node, found = root, None
+    for part in place.split(".") if place else ():
+        pairs = node.value if isinstance(node, MappingNode) else []
+        pair = next((p for p in pairs if isinstance(p[0], ScalarNode) and p[0].value == part), None)
+        if pair is None:
+            break
+        key, node = pair
+        scalar = isinstance(node, ScalarNode) and node.start_mark.line == node.end_mark.line
+        found = node if scalar and node.end_mark.column > node.start_mark.column else key
+    if found is None:
+        return None
+    start, end = found.start_mark, found.end_mark
+    return Span(start.line + 1, start.column + 1, end.column + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,17 +197,20 @@ class _Reader:
     """Reads the mapping of a target, recording everything that is wrong (E504)."""
 
     report: Report
+    root: Callable[[], Any]
 
     def target(self, data: dict[Any, Any]) -> Target | None:
         required = {"name", "clock_hz", "format", "units"}
-        self._keys(data, "the target", required, {"description", "angle_unit", "fifo_area_per_bit"})
+        self._keys(data, "", required, {"description", "angle_unit", "fifo_area_per_bit"})
         name = self._text(data, "name", "")
         description = self._text(data, "description", "")
-        clock_hz = self._number(data, "clock_hz", "", 1.0, positive=True)
+        clock_hz = self._number(data, "clock_hz", "", 1.0, least=1.0)
         area_per_bit = self._number(data, "fifo_area_per_bit", "", 0.0)
         angle_unit = data.get("angle_unit", "rad")
         if angle_unit not in ("rad", "turn"):
-            self._error("angle_unit must be 'rad' or 'turn'")
+            self._error("angle_unit must be 'rad' or 'turn'", "angle_unit")
+        elif angle_unit == "turn":
+            self._error("angle_unit 'turn' is not supported yet: plans compute in radians", "angle_unit")
         number_format = self._mapping(data, "format", "")
         units = self._units(self._mapping(data, "units", ""))
         if self.report.failed:
@@ -197,13 +220,14 @@ class _Reader:
     def _units(self, data: dict[Any, Any]) -> dict[str, UnitKind]:
         for kind in REQUIRED_KINDS:
             if kind not in data:
-                self._error(f"units lacks the kind '{kind}'")
+                self._error(f"units lacks the kind '{kind}'", "units")
         units = {}
         for kind, unit in data.items():
             if kind not in _FUNCTIONS:
-                self._error(f"unknown unit kind '{kind}' (known: {', '.join(_FUNCTIONS)})")
+                known = ", ".join(_FUNCTIONS)
+                self._error(f"unknown unit kind '{_shown(kind)}' (known: {known})", f"units.{kind}")
             elif not isinstance(unit, dict):
-                self._error(f"units.{kind} must be a mapping")
+                self._error(f"units.{kind} must be a mapping", f"units.{kind}")
             else:
                 units[kind] = self._unit(kind, unit)
         return units
@@ -211,69 +235,87 @@ class _Reader:
     def _unit(self, kind: str, data: dict[Any, Any]) -> UnitKind:
         where = f"units.{kind}."
         required = {"latency", "functions", "area"} | ({"arithmetic"} if kind in CAU_KINDS else set())
-        self._keys(data, f"units.{kind}", required, {"initiation_interval", "adders", "stages"})
+        self._keys(data, where, required, {"initiation_interval", "adders", "stages"})
         latency = self._integer(data, "latency", where, 1, least=0 if kind == "sign" else 1)
         interval = self._integer(data, "initiation_interval", where, 1, least=1)
+        if interval != 1:
+            self._error(
+                f"{where}initiation_interval {interval}: iterative units are not supported yet",
+                f"{where}initiation_interval",
+            )
         adders = self._integer(data, "adders", where, 0, least=0)
         area = self._number(data, "area", where, 0.0)
         functions = data.get("functions", [])
         if not isinstance(functions, list) or not all(isinstance(f, str) for f in functions):
-            self._error(f"{where}functions must be a list of names")
+            self._error(f"{where}functions must be a list of names", f"{where}functions")
             functions = []
         for function in functions:
             if function not in _FUNCTIONS[kind]:
                 known = ", ".join(sorted(_FUNCTIONS[kind]))
                 self._error(
-                    f"{where}functions: a unit of kind '{kind}' cannot do '{function}' (but: {known})"
+                    f"{where}functions: a unit of kind '{kind}' "
+                    f"cannot do '{_shown(function)}' (but: {known})",
+                    f"{where}functions",
                 )
         if not functions and "functions" in data:
-            self._error(f"{where}functions is empty")
+            self._error(f"{where}functions is empty", f"{where}functions")
         stages = self._mapping(data, "stages", where) if "stages" in data else {}
         cycles = [self._integer(stages, part, f"{where}stages.", 1, least=1) for part in stages]
         if "stages" in data and not self.report.failed and sum(cycles) != latency:
-            self._error(f"{where}stages sum to {sum(cycles)} cycles, but the latency is {latency}")
+            message = f"{where}stages sum to {sum(cycles)} cycles, but the latency is {latency}"
+            self._error(message, f"{where}latency")
         arithmetic = self._mapping(data, "arithmetic", where) if kind in CAU_KINDS else None
         if kind == "implicit" and arithmetic is not None and "rule" not in arithmetic:
-            self._error(f"{where}arithmetic lacks the rule")
+            self._error(f"{where}arithmetic lacks the rule", f"{where}arithmetic")
         named = {str(part): count for part, count in zip(stages, cycles, strict=True)}
         return UnitKind(kind, latency, interval, frozenset(functions), adders, area, named, arithmetic)
 
-    def _error(self, message: str) -> None:
-        self.report.error("E504", message)
+    def _error(self, message: str, place: str) -> None:
+        if len(self.report.diagnostics) < _MOST_ERRORS:
+            self.report.error("E504", message, _span(self.root(), place))
 
     def _keys(self, data: dict[Any, Any], where: str, required: set[str], optional: set[str]) -> None:
+        name = where.rstrip(".") or "the target"
         for key in sorted(required - set(data)):
-            self._error(f"{where} lacks '{key}'")
+            self._error(f"{name} lacks '{key}'", where.rstrip("."))
         for key in sorted(str(key) for key in data if key not in required | optional):
-            self._error(f"{where} has an unknown key '{key}'")
+            self._error(f"{name} has an unknown key '{_shown(key)}'", where + key)
 
     def _mapping(self, data: dict[Any, Any], key: str, where: str) -> dict[Any, Any]:
         value = data.get(key, {})
         if isinstance(value, dict):
             return value
-        self._error(f"{where}{key} must be a mapping")
+        self._error(f"{where}{key} must be a mapping", where + key)
         return {}
 
     def _text(self, data: dict[Any, Any], key: str, where: str) -> str:
         value = data.get(key, "")
         if not isinstance(value, str):
-            self._error(f"{where}{key} must be text")
+            self._error(f"{where}{key} must be text", where + key)
             return ""
         return value
 
     def _integer(self, data: dict[Any, Any], key: str, where: str, default: int, *, least: int) -> int:
         value = data.get(key, default)
         if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= _LATENCY_LIMIT:
-            self._error(f"{where}{key} must be an integer from {least} to {_LATENCY_LIMIT}")
+            message = f"{where}{_shown(key)} must be an integer from {least} to {_LATENCY_LIMIT}"
+            self._error(message, f"{where}{key}")
             return default
         return value
 
     def _number(
-        self, data: dict[Any, Any], key: str, where: str, default: float, *, positive: bool = False
+        self, data: dict[Any, Any], key: str, where: str, default: float, *, least: float = 0.0
     ) -> float:
         value = data.get(key, default)
         good = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not good or not math.isfinite(value) or value < 0 or (positive and value == 0):
-            self._error(f"{where}{key} must be a {'positive' if positive else 'non-negative'} number")
+        if not good or not least <= value <= _LARGEST_NUMBER:
+            limits = f"from {least:g} to {_LARGEST_NUMBER:g}"
+            self._error(f"{where}{key} must be a number {limits}", where + key)
             return default
         return float(value)
+
+
+def _shown(key: object) -> str:
+    """Return a key of the file, shortened if need be."""
+    text = str(key)
+    return text if len(text) <= 40 else f"{text[:40]}..."

@@ -152,8 +152,12 @@ def test_constants_are_rounded_once():
     half_way = Fraction(1) + Fraction(1, 2**24)
     assert SINGLE.constant(half_way) == 1
     assert SINGLE.constant(half_way + Fraction(1, 2**80)) == np.nextafter(np.float32(1), np.float32(2))
-    assert SINGLE.constant(Fraction(1, 2**149)) == np.float32(1e-45)
-    assert SINGLE.constant(Fraction(-1, 2**151)) == 0
+    least = Fraction(1, 2**126)
+    assert SINGLE.constant(least) == SINGLE.constant(least - Fraction(1, 2**151)) == np.float32(2.0**-126)
+    for small in (least - Fraction(1, 2**150), Fraction(1, 2**149), -Fraction(1, 10**400)):
+        with pytest.raises(OverflowError, match="too small for IEEE single"):
+            SINGLE.constant(small)
+    assert SINGLE.constant(Fraction(0)) == 0
     assert SINGLE.constant(Fraction(2**128 - 2**104)) == np.finfo(np.float32).max
     assert SINGLE.constant_text(Fraction(1, 10)) == "0.1"
     assert SINGLE.parse_constant("0.1") == np.float32(0.1)

@@ -149,6 +149,7 @@ def test_simulate_a_problem_file() -> None:
         ("x,y\n0.3,1_0\n", "E614"),
         ("x,y,x\n1,2,3\n", "E612"),
         ("", "E612"),
+        ("\n\n", "E612"),
     ],
 )
 def test_bad_csv(planar: Path, tmp_path: Path, text: str, code: str) -> None:
@@ -156,6 +157,65 @@ def test_bad_csv(planar: Path, tmp_path: Path, text: str, code: str) -> None:
     result = run("simulate", planar / "plan.json", "--inputs", tmp_path / "in.csv")
     assert result.exit_code == 2
     assert code in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("", "in.csv: error[E612]: the file is empty"),
+        ("x;y\n1;2\n", "  hint: fields are separated by commas"),
+        ("x,y\n0.3,1e400\n", "in.csv:2:5: error[E614]: '1e400' is not a finite number (column 'y')"),
+        ("x,y\n nan,0.1\n", "in.csv:2:2: error[E614]: 'nan' is not a finite number (column 'x')"),
+        ("x,y\n0.3,abc\n", "    0.3,abc\n        ^^^\n"),
+        ('x,y\n0.3,"a,b"\n', "in.csv:2:1: error[E614]: 'a,b' is not a decimal number"),
+        ("x,y\n0.3\n", "1 field in a row under a header of 2"),
+    ],
+)
+def test_bad_csv_is_shown(planar: Path, tmp_path: Path, text: str, shown: str) -> None:
+    (tmp_path / "in.csv").write_text(text, encoding="utf-8")
+    assert shown in run("simulate", planar / "plan.json", "--inputs", tmp_path / "in.csv").stderr
+
+
+def test_csv_to_stdout_and_without_rows(planar: Path, tmp_path: Path) -> None:
+    (tmp_path / "in.csv").write_text("x,y\n0.3,0.1\n", encoding="utf-8")
+    result = run("simulate", planar / "plan.json", "--inputs", tmp_path / "in.csv", "--outputs", "-")
+    assert result.stdout.splitlines()[0] == "theta1,theta2,valid"
+    assert "1 sample, 1 valid" in result.stderr
+    (tmp_path / "in.csv").write_text("x,y\n", encoding="utf-8")
+    result = run("simulate", planar / "plan.json", "--inputs", tmp_path / "in.csv")
+    assert result.exit_code == 0
+    assert "  theta1  -              -          not derived" in result.stdout
+
+
+def test_output_paths(planar: Path, tmp_path: Path) -> None:
+    plan = planar / "plan.json"
+    for path, message in (
+        (tmp_path / "no" / "a.svg", "no such folder"),
+        (tmp_path, "is a folder, not a file"),
+    ):
+        result = run("draw", plan, "-o", path)
+        assert result.exit_code == 2
+        assert f"error[E600]: {message}" in result.stderr
+    assert not (tmp_path / "no").exists()
+    assert run("draw", plan, "-o", "-").stdout == run("draw", plan).stdout
+    (tmp_path / "link.svg").symlink_to(tmp_path / "real.svg")
+    assert run("draw", plan, "-o", tmp_path / "link.svg").exit_code == 0
+    assert (tmp_path / "link.svg").is_symlink()
+    assert run("draw", plan, "-o", "/dev/null").exit_code == 0
+    assert not Path("/dev/null").is_file()
+
+
+def test_drawing_a_problem_file() -> None:
+    result = run("draw", EXAMPLES / "planar_2r.yaml")
+    assert result.exit_code == 2
+    assert "hint: this looks like a problem file: compile it first" in result.stderr
+
+
+def test_one_of_each(tmp_path: Path) -> None:
+    (tmp_path / "p.yaml").write_text("inputs: {x: [0, 1]}\nequations: [y = x]\n", encoding="utf-8")
+    assert "p: 1 input, 1 equation, 1 output, no errors" in run("check", tmp_path / "p.yaml").stdout
+    shown = run("compile", tmp_path / "p.yaml", "-o", tmp_path / "out").stdout
+    assert "    longest path  none\n" in shown
 
 
 def _broken(data: dict, change) -> str:
@@ -195,7 +255,7 @@ def test_files_that_are_no_plans(tmp_path: Path, text: str) -> None:
 
 @pytest.mark.parametrize("view", ["datapath", "schedule", "graph"])
 def test_draw(planar: Path, tmp_path: Path, view: str) -> None:
-    out = tmp_path / "new" / "picture.svg"
+    out = tmp_path / "picture.svg"
     assert run("draw", planar / "plan.json", "--view", view, "-o", out).exit_code == 0
     shown = run("draw", planar / "plan.json", "--view", view)
     assert shown.stdout == out.read_text(encoding="utf-8")
@@ -261,7 +321,7 @@ def test_output_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     result = run("compile", EXAMPLES / "wheel_beta.yaml", "-o", tmp_path / "file")
     assert result.exit_code == 2
-    assert "E600" in result.stderr
+    assert "error[E600]: is a file, not a folder" in result.stderr
 
 
 def test_start_up_imports_nothing_heavy() -> None:

@@ -8,8 +8,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
-    {"cli", "__main__"},
-    {"api", "summary"},
+    {"cli", "cli_study", "__main__"},
+    {"api", "summary", "trace", "sequence_text"},
     {"pipeline"},
     {"checks"},
     {"record"},
@@ -21,7 +21,13 @@ RANKS = [
     {"diagnostics", "files"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
-TOGETHER = [{"cli", "__main__"}, {"plan", "plan_json"}, {"plan", "plan_check"}, {"diagnostics", "files"}]
+TOGETHER = [
+    {"cli", "__main__"},
+    {"cli", "cli_study"},
+    {"plan", "plan_json"},
+    {"plan", "plan_check"},
+    {"diagnostics", "files"},
+]
 
 
 def imports(path: Path) -> set[str]:

@@ -61,8 +61,13 @@ def edited(tmp_path, edit):
     [
         (lambda d: d.update(colour=1), "the target has an unknown key 'colour'"),
         (lambda d: d.pop("clock_hz"), "the target lacks 'clock_hz'"),
-        (lambda d: d.update(clock_hz=-1), "clock_hz must be a positive number"),
-        (lambda d: d.update(clock_hz=float("inf")), "clock_hz must be a positive number"),
+        (lambda d: d.update(clock_hz=-1), "clock_hz must be a number from 1 to 1e+12"),
+        (lambda d: d.update(clock_hz=float("inf")), "clock_hz must be a number from 1 to 1e+12"),
+        (lambda d: d.update(clock_hz=10**400), "clock_hz must be a number from 1 to 1e+12"),
+        (lambda d: d.update(clock_hz=1e-320), "clock_hz must be a number from 1 to 1e+12"),
+        (lambda d: d.update(angle_unit="turn"), "angle_unit 'turn' is not supported yet"),
+        (lambda d: d["units"]["mul"].update(initiation_interval=2), "iterative units are not supported yet"),
+        (lambda d: d["units"]["mul"].update(latency=10**400), "units.mul.latency must be an integer from 1"),
         (lambda d: d.update(name=3), "name must be text"),
         (lambda d: d.update(angle_unit="deg"), "angle_unit must be"),
         (lambda d: d.update(units=[]), "units must be a mapping"),
@@ -75,7 +80,7 @@ def edited(tmp_path, edit):
         (lambda d: d["units"]["mul"].update(functions=["sin"]), "cannot do 'sin'"),
         (lambda d: d["units"]["mul"].update(functions="mul"), "must be a list of names"),
         (lambda d: d["units"]["mul"].update(functions=[]), "functions is empty"),
-        (lambda d: d["units"]["mul"].update(area="big"), "units.mul.area must be a non-negative number"),
+        (lambda d: d["units"]["mul"].update(area="big"), "units.mul.area must be a number from 0"),
         (lambda d: d["units"]["standard"].pop("arithmetic"), "units.standard lacks 'arithmetic'"),
         (lambda d: d["units"]["implicit"]["arithmetic"].pop("rule"), "lacks the rule"),
         (lambda d: d["units"]["standard"]["arithmetic"].update(mantissa_bits=99), "mantissa_bits must be"),
@@ -94,6 +99,28 @@ def test_all_mistakes_are_reported_together(tmp_path):
         data["units"]["mul"]["area"] = -1
 
     assert message(edited(tmp_path, edit)).count("error[E504]") == 2
+
+
+def test_mistakes_have_places(tmp_path):
+    path = tmp_path / "mine.yaml"
+    text = target_text("kinematic").text
+    path.write_text(text.replace("clock_hz: 10000000", "clock_hz: " + "9" * 400, 1))
+    line = text[: text.index("clock_hz:")].count("\n") + 1
+    assert f"mine.yaml:{line}:11: error[E504]: clock_hz" in message(path)
+    path.write_text(text.replace("area: 12.0", "are: 12.0", 1))
+    found = message(path)
+    line = text[: text.index("area: 12.0")].count("\n") + 1
+    assert f"mine.yaml:{line}:10: error[E504]: units.mul has an unknown key 'are'" in found
+    line = text[: text.index("  mul:")].count("\n") + 1
+    assert f"mine.yaml:{line}:3: error[E504]: units.mul lacks 'area'" in found
+    path.write_text("name: x\nclock_hz: [\n")
+    assert "mine.yaml:3:1: error[E503]: not valid YAML" in message(path)
+
+
+def test_many_mistakes_are_cut(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("".join(f"k{i}: 1\n" for i in range(2_000)))
+    assert message(path).count("error[E504]") == 50
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,68 @@
+"""What both emulators share: the way samples go in and out, constants, the order of operations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from graphlib import TopologicalSorter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cordicc.arith.formats import FloatArray, Word
+from cordicc.arith.machine import Arithmetic
+from cordicc.plan import Operand, Operation, Plan
+
+Outputs = dict[str, NDArray[Any]]
+
+
+def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
+    """Return the samples to encode and which of them are in range.
+
+    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`.
+    Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
+    the arithmetic never sees what it need not hold.
+    """
+    ranges: dict[str, Mapping[str, float]] = {item["name"]: item for item in plan.problem["inputs"]}
+    missing = [name for name in ranges if name not in inputs]
+    if missing:
+        raise ValueError(f"missing inputs: {', '.join(missing)}")
+    arrays = {name: np.asarray(inputs[name], dtype=np.float64) for name in ranges}
+    shapes = {array.shape for array in arrays.values()} or {(1,)}
+    shape = shapes.pop()
+    if shapes or len(shape) != 1:
+        raise ValueError("inputs must be one-dimensional arrays of equal length")
+    in_range = np.ones(shape, dtype=np.bool_)
+    samples: dict[str, FloatArray] = {}
+    for name, array in arrays.items():
+        lo, hi = (ranges[name][end] for end in ("lo", "hi"))
+        inside = (lo <= array) & (array <= hi)
+        samples[name] = np.where(inside, array, lo)
+        in_range &= inside
+    return samples, in_range
+
+
+def deliver(outputs: Mapping[str, FloatArray], in_range: NDArray[np.bool_]) -> Outputs:
+    """Return the outputs, nan where the sample is invalid, and `valid`."""
+    valid = in_range.copy()
+    for array in outputs.values():
+        valid &= ~np.isnan(array)
+    return {**{name: np.where(valid, array, np.nan) for name, array in outputs.items()}, "valid": valid}
+
+
+def constant_word(arithmetic: Arithmetic, operand: Operand, length: int) -> Word:
+    """Return a constant operand, once for each of `length` samples."""
+    assert operand.constant is not None
+    word = arithmetic.format.parse_constant(operand.constant)
+    return np.full(length, word, dtype=word.dtype)
+
+
+def dependence_order(plan: Plan) -> tuple[Operation, ...]:
+    """Return the operations, each after those whose results it takes."""
+    operations = {operation.id: operation for operation in plan.operations}
+    maker = {name: operation.id for operation in plan.operations for name in operation.results if name}
+    sorter: TopologicalSorter[str] = TopologicalSorter()
+    for operation in plan.operations:
+        taken = (operand.value for operand in operation.operands)
+        sorter.add(operation.id, *(maker[name] for name in taken if name in maker))
+    return tuple(operations[id] for id in sorter.static_order())

@@ -1,0 +1,44 @@
+"""What to write instead of words that expressions do not have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+_WORDS = "if then elif else for while and or not in is lambda where"
+KEYWORDS = frozenset(_WORDS.split())
+"""Words that are operators elsewhere; they are ordinary names here."""
+
+_UNIT_NAMES = """
+mm cm dm m km um nm inch inches ft s ms us min h Hz kHz g kg N Nm V A rad mrad radian radians
+"""
+UNITS = frozenset(_UNIT_NAMES.split())
+"""Units that are written after a number elsewhere."""
+
+NO_CONDITIONALS = "conditionals are not supported; min, max, abs and sign often do instead"
+
+
+def unit_hint(unit: str) -> str:
+    """Return the hint for a unit written after a number."""
+    if unit in ("rad", "radian", "radians"):
+        return "angles are in radians: leave the unit out"
+    return "units are labels only: convert by hand, or by a constant of your own and '*'"
+
+
+def function_hint(name: str, functions: Iterable[str]) -> str:
+    """Return the hint for an unknown function."""
+    functions = list(functions)
+    if name in KEYWORDS or name in ("ifelse", "select", "piecewise", "Piecewise"):
+        return NO_CONDITIONALS
+    aliases = {"ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
+               "Abs": "abs", "sgn": "sign", "power": "**", "pow": "**"}  # fmt: skip
+    near = [aliases[name]] if name in aliases else get_close_matches(name, functions, 3, 0.5)
+    if near:
+        return "did you mean " + " or ".join(f"'{n}'" for n in near) + "?"
+    return "the functions are " + ", ".join(functions) + "; a product is written with '*'"
+
+
+def signature(name: str) -> str:
+    """Return the hint that shows how a function is called."""
+    forms = {"atan2": "atan2(y, x)", "hypot": "hypot(x, y)", "min": "min(a, b, ...)", "max": "max(a, b, ...)"}
+    return "write " + forms.get(name, f"{name}(x)")
