@@ -96,7 +96,9 @@ def _group(kind: str) -> tuple[int, str]:
 
 
 def _bar(operation: Operation) -> Bar:
-    name = f"{operation.id} {operation.mode}" if operation.kind in labels.CAU_KINDS else operation.id
+    name = operation.id
+    if operation.kind in labels.CAU_KINDS:
+        name = " ".join(part for part in (operation.id, operation.equation, f"({operation.mode})") if part)
     tip = labels.operation_tip(operation)
     return Bar(f"op.{operation.id}", operation.start, operation.finish, name, operation.kind, tip)
 

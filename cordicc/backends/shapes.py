@@ -76,7 +76,12 @@ def _whole(value: float) -> int:
 
 
 def _cau(operation: Operation, layer: int) -> Shape:
-    heading = fitted(f"{operation.unit} · {operation.id}", 11, CAU_TEXT, bold=True)
+    heading = fitted(
+        " · ".join(part for part in (operation.unit, operation.id, operation.equation) if part),
+        11,
+        CAU_TEXT,
+        bold=True,
+    )
     mode = wrapped(operation.mode or operation.op, 10, CAU_TEXT, 3)
     left = [_port(port, item) for port, item in zip(operation.ports, operation.operands, strict=False)]
     right = [

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cordicc.arith import kernels, sequences
@@ -94,6 +94,7 @@ def test_words_round_trip(value):
 
 @given(FINITE)
 def test_constants_round_trip_as_text(value):
+    assume(value == 0 or abs(value) >= 2.0**-126)  # smaller ones are refused
     text = SINGLE.constant_text(Fraction(value))
     assert SINGLE.parse_constant(text) == np.float32(value)
 
