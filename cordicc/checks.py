@@ -26,6 +26,15 @@ _PROBES = 24
 _SHAKES = 16
 
 
+_WORK = 400_000
+"""Operations that a check evaluates at the most; large problems are looked at in fewer samples."""
+
+
+def _within(work: int, graph: Graph, samples: int) -> int:
+    """Return the number of samples that keeps a check within its work, 2 * `_SHAKES` at the least."""
+    return max(2 * _SHAKES, min(samples, work // max(1, len(graph.nodes))))
+
+
 def input_intervals(problem: Problem) -> dict[str, Interval]:
     """Return an enclosure of each input's range."""
     return {
@@ -42,7 +51,7 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
-    samples = sampling.draw(problem_data(problem, []), _DOMAIN_SAMPLES, 0)
+    samples = sampling.draw(problem_data(problem, []), _within(_WORK, problem.graph, _DOMAIN_SAMPLES), 0)
     if problem.samples is None:
         corners = _corners(problem)
         samples = {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
@@ -137,7 +146,8 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     rounding proves nothing and is passed over: one whose results change when its inputs are moved by
     2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
     """
-    samples = sampling.draw(problem_data(problem, []), _PROBES, 1)
+    probes = _within(_WORK // 8, problem.graph, _PROBES * _SHAKES) // _SHAKES
+    samples = sampling.draw(problem_data(problem, []), probes, 1)
     exact, defined = evaluate(problem.graph, samples)
     moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
     tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
@@ -147,7 +157,7 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
         for i in range(_SHAKES)
     ]
     rewritten, kept = evaluate(graph, samples)
-    steady = np.ones(_PROBES, dtype=bool)
+    steady = np.ones(probes, dtype=bool)
     for value, still_defined in (moved, *shaken):
         steady &= defined == still_defined
         for output in problem.outputs:
