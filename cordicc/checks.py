@@ -8,12 +8,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from cordicc.arith.intervals import Interval
-from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
+from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Source
 from cordicc.emulate import sampling
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.problem import OutputSpec, Problem
 from cordicc.ir.ranges import value_ranges
 from cordicc.ir.reference import evaluate
+from cordicc.poles import example_of, find_poles, place
 from cordicc.record import problem_data
 
 _DOMAIN_SAMPLES = 1_000
@@ -62,11 +63,11 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     ]
     if nowhere:
         message = f"'{nowhere[0].op}' has no value for any input"
-        raise InvalidInput([_at(problem, source, nowhere[0].origin, "E320", message)])
+        raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
-        return []
-    example = f"for example {_example(samples, int(np.argmin(valid)))}"
+        return [] if problem.samples is not None else find_poles(problem, source, samples)
+    example = f"for example {example_of(samples, int(np.argmin(valid)))}"
     if not valid.any() and problem.samples is not None:
         message = "every row of the samples is outside the domain of the equations"
         raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
@@ -75,7 +76,7 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     message = (
         f"about {share:.1%} of the inputs are outside the domain of the equations, first at '{culprit.op}'"
     )
-    return [_at(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
+    return [place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
 
 
 def _corners(problem: Problem) -> dict[str, np.ndarray]:
@@ -103,24 +104,6 @@ def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> Node:
     raise AssertionError("no operation is undefined")
 
 
-def _at(
-    problem: Problem,
-    source: Source,
-    equation: str,
-    code: str,
-    message: str,
-    hint: str | None = None,
-    severity: Severity = Severity.ERROR,
-) -> Diagnostic:
-    """Return a diagnostic at the line on which the equation of a name starts."""
-    line = next((e.line for e in problem.equations if e.target == equation), None)
-    if line is None:
-        return Diagnostic(code, message, None, hint, severity, source)
-    text = source.line(line)
-    span = Span(line, len(text) - len(text.lstrip(" -")) + 1, len(text) + 1)
-    return Diagnostic(code, message, span, hint, severity, source)
-
-
 def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[str, np.ndarray]) -> None:
     """Refuse a hyperbolic `solve` without a branch where a sample has two solutions, |B| > |A|."""
     for node in problem.graph.nodes:
@@ -131,12 +114,8 @@ def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[st
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
             message = "the equation has two solutions for some inputs and needs a branch"
-            hint = f'for example {_example(samples, int(np.argmax(two)))}; add branch: "+" or branch: "-"'
-            raise InvalidInput([_at(problem, source, node.origin, "E322", message, hint)])
-
-
-def _example(samples: Mapping[str, np.ndarray], index: int) -> str:
-    return ", ".join(f"{name} = {column[index]:.6g}" for name, column in samples.items())
+            hint = f'for example {example_of(samples, int(np.argmax(two)))}; add branch: "+" or branch: "-"'
+            raise InvalidInput([place(problem, source, node.origin, "E322", message, hint)])
 
 
 def check_meaning(problem: Problem, graph: Graph) -> None:

@@ -309,6 +309,25 @@ def test_partly_outside_the_domain_is_a_warning(tmp_path: Path) -> None:
     assert "for example x = " in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("equation", "warned"),
+    [
+        ("y = 1/(b - a/4)", True),
+        ("y = tan(a)", True),
+        ("y = b**-1", True),
+        ("y = 1/a", False),
+        ("y = tan(a/3)", False),
+        ("y = 1/(sign(b) + 1/2)", False),  # jumps over 0
+    ],
+)
+def test_a_pole_inside_the_ranges_is_a_warning(tmp_path: Path, equation: str, warned: bool) -> None:
+    text = f"inputs: {{b: [-2, 2], a: [0.1, 3]}}\nequations: ['{equation}', 'z = a*b']\noutputs: [y, z]\n"
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
+    result = run("check", tmp_path / "p.yaml")
+    assert result.exit_code == 0
+    assert ("W321" in result.stderr) is warned
+
+
 def test_a_hyperbolic_equation_with_two_solutions_needs_a_branch(tmp_path: Path) -> None:
     text = "inputs: {x: [2, 3]}\nequations:\n  - {solve: x*cosh(t) + sinh(t) = 4, for: t}\n"
     (tmp_path / "p.yaml").write_text(text, encoding="utf-8")

@@ -12,6 +12,7 @@ RANKS = [
     {"api", "summary", "trace", "sequence_text"},
     {"pipeline"},
     {"checks"},
+    {"poles"},
     {"record"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
     {"plan", "plan_check", "plan_json"},
