@@ -21,11 +21,13 @@ _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
 
 _CORNERS = 256
+"""Corners of the ranges that are looked at besides."""
+
 _PROBES = 24
 """Samples on which every rewriting is compared with the equations, besides its proofs."""
 
 _SHAKES = 16
-
+"""Disturbed evaluations that show whether a sample hangs on rounding."""
 
 _WORK = 400_000
 """Operations that a check evaluates at the most; large problems are looked at in fewer samples."""
@@ -67,12 +69,13 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
         return [] if problem.samples is not None else find_poles(problem, source, samples)
-    example = f"for example {example_of(samples, int(np.argmin(valid)))}"
+    outside = int(np.argmin(valid))
+    example = f"for example {example_of(samples, outside)}"
     if not valid.any() and problem.samples is not None:
         message = "every row of the samples is outside the domain of the equations"
         raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
     share = int((~valid).sum()) / len(valid)
-    culprit = _culprit(problem, samples)
+    culprit = _culprit(problem, {name: column[outside : outside + 1] for name, column in samples.items()})
     message = (
         f"about {share:.1%} of the inputs are outside the domain of the equations, first at '{culprit.op}'"
     )
@@ -90,15 +93,15 @@ def _corners(problem: Problem) -> dict[str, np.ndarray]:
     return {name: np.where(bits[:, i] == 1, ends[name][1], ends[name][0]) for i, name in enumerate(names)}
 
 
-def _culprit(problem: Problem, samples: Mapping[str, np.ndarray]) -> Node:
-    """Return the first operation that some sample leaves without a value.
+def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
+    """Return the first operation that a sample outside the domain leaves without a value.
 
     Operations that have a value everywhere come last: they can only fail by the size of the number.
     """
     graph = problem.graph
     order = sorted(range(len(graph.nodes)), key=lambda i: not graph.nodes[i].definition.partial)
     for index in order:
-        _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), samples)
+        _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), sample)
         if not valid.all():
             return graph.nodes[index]
     raise AssertionError("no operation is undefined")

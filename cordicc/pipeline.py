@@ -135,11 +135,10 @@ def picture(plan: Plan, view: str) -> str:
 
 
 def _implicit_allowed(units: str, target: Target) -> bool:
-    available = "implicit" in target.units
-    if units == "implicit" and not available:
+    if units == "implicit" and not target.has_implicit:
         message = f"target '{target.name}' has no implicit CAUs"
         raise InvalidInput([Diagnostic("E404", message, hint="use --units auto, or another --target")])
-    return available and units != "standard"
+    return target.has_implicit and units != "standard"
 
 
 def _recorded(path: Path, options: Options) -> dict[str, Any]:
