@@ -11,7 +11,6 @@ from cordicc.arith.sequences import Sequence
 from cordicc.arith.study import Run, State, mp
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity
 
-MAX_ITERATIONS = 60
 LARGEST = 10**9
 DECIMALS = 10
 

@@ -26,7 +26,6 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
 """The functions and how many arguments they take (None: any number)."""
 
 CONSTANT_NAMES = ("pi", "deg")
-RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANT_NAMES) | {"valid"}
 RELATIONS = ("=", ">", "<", ">=", "<=")
 
 Place = tuple[int, int]
