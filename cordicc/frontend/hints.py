@@ -22,7 +22,7 @@ def unit_hint(unit: str) -> str:
     """Return the hint for a unit written after a number."""
     if unit in ("rad", "radian", "radians"):
         return "angles are in radians: leave the unit out"
-    return "units are labels only: convert by hand, or by a constant of your own and '*'"
+    return "only a constant that is one number takes a unit, as in 'l1: 5 mm'; convert others by hand"
 
 
 def function_hint(name: str, functions: Iterable[str]) -> str:
@@ -40,5 +40,7 @@ def function_hint(name: str, functions: Iterable[str]) -> str:
 
 def signature(name: str) -> str:
     """Return the hint that shows how a function is called."""
-    forms = {"atan2": "atan2(y, x)", "hypot": "hypot(x, y)", "min": "min(a, b, ...)", "max": "max(a, b, ...)"}
+    forms = {"atan2": "atan2(y, x)", "hypot": "hypot(x, y)", "min": "min(a, b, ...)", "max": "max(a, b, ...)",
+             "vector": "vector(x, y, z)", "dot": "dot(u, v)", "cross": "cross(u, v)", "norm": "norm(v)",
+             "rotate": "rotate(v, axis, angle), axis x, y or z; in the plane rotate(v, angle)"}  # fmt: skip
     return "write " + forms.get(name, f"{name}(x)")

@@ -47,7 +47,10 @@ class ExpressionError(Exception):
         self.hint = hint
 
 
-_NUMBER = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+NUMBER = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+"""The form of a decimal number without sign."""
+
+_NUMBER = re.compile(NUMBER)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR = re.compile(r"\*\*|==|!=|<=|>=|//|&&|\|\||[-+*/(),=<>^]")
 _SPACE = re.compile(r"[ \t\r\n]+")
@@ -64,8 +67,8 @@ _LOOK_ALIKES = {
 }  # fmt: skip
 
 
-def tokenize(text: str) -> list[Token]:
-    """Return the tokens of an expression, an END token last.
+def tokenize(text: str, brackets: bool = False) -> list[Token]:
+    """Return the tokens of an expression, an END token last; `brackets` admits `[` and `]`.
 
     Raises ExpressionError at the first character that cannot be part of an expression.
     """
@@ -79,7 +82,8 @@ def tokenize(text: str) -> list[Token]:
             return tokens
         if len(tokens) >= MAX_TOKENS:
             raise ExpressionError("E104", f"the expression has more than {MAX_TOKENS} tokens", at, at + 1)
-        token = _token(text, at)
+        bracket = brackets and text[at] in "[]"
+        token = Token(Kind.OPERATOR, text[at], at, at + 1) if bracket else _token(text, at)
         tokens.append(token)
         at = token.end
 

@@ -10,8 +10,10 @@ from fractions import Fraction
 from pathlib import Path
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.frontend.alternatives import ALL, with_alternatives
 from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
-from cordicc.frontend.equations import Defined, define_equations, parse_equations
+from cordicc.frontend.equations import Defined, define_equations
+from cordicc.frontend.items import parse_equations
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.outputs import OutputReader
 from cordicc.frontend.reading import (
@@ -30,7 +32,7 @@ from cordicc.frontend.zero import ZeroTest
 from cordicc.ir.graph import Builder, Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 
-KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume")
+KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
 _DEGREES = ("deg", "degs", "degree", "degrees", "°")
 _PLAIN = re.compile(r"[-+]?[0-9.]+")
 
@@ -117,6 +119,7 @@ class _Loader:
         self.scope = Scope(Builder(), report)
         self.constants: dict[str, Fraction] = {}
         self.inputs: list[InputSpec] = []
+        self.all_branches = False
         self.input_spans: dict[str, Span] = {}
 
     def full(self) -> bool:
@@ -131,6 +134,7 @@ class _Loader:
         name = self.read_name(parts.get("name"))
         description = parts.get("description")
         about = (read_text(description, "'description'", self.report) or "") if description else ""
+        self.all_branches = self.read_branches(parts.get("branches"))
         self.read_constants(parts.get("constants"), parts.get("inputs"))
         self.read_inputs(parts.get("inputs"), root)
         ranges = {spec.name: (float(spec.lo), float(spec.hi)) for spec in self.inputs}
@@ -170,7 +174,9 @@ class _Loader:
                 return
             if not check_name(key, self.scope):
                 continue
-            number = read_constant(value, f"the constant '{key.value}'", self.scope, self.places, key.value)
+            number = read_constant(
+                value, f"the constant '{key.value}'", self.scope, self.places, key.value, units=True
+            )
             self.scope.later.pop(key.value, None)
             constant = None if number is None else self.scope.builder.const(number)
             self.scope.define(key.value, constant, key.span.line)
@@ -247,8 +253,18 @@ class _Loader:
             self.report.error("E208", "'equations' is missing", root.span)
             return Defined()
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
-        parsed = parse_equations(node, self.places, self.report)
-        return define_equations(parsed, self.scope, ZeroTest(self.scope.builder, all_ranges))
+        written = parse_equations(node, self.places, self.scope, self.all_branches)
+        parsed, variants = with_alternatives(written, self.report)
+        return define_equations(parsed, self.scope, ZeroTest(self.scope.builder, all_ranges), variants)
+
+    def read_branches(self, node: YamlNode | None) -> bool:
+        """Return whether every solve is wanted with both branches."""
+        if node is None or node.is_null:
+            return False
+        if node.kind is not NodeKind.SCALAR or node.value != ALL:
+            hint = "leave 'branches' out, or write 'branches: all' for both branches of every solve"
+            self.report.error("E307", "'branches' can only be 'all'", node.span, hint)
+        return True
 
     def read_facts(
         self, parts: Mapping[str, YamlNode], defined: Defined
@@ -260,8 +276,9 @@ class _Loader:
         if (node := parts.get("assume")) is None or node.is_null:
             return samples, Assumptions((), Graph((), {}))
         scope = Scope(Builder(), self.report)
-        scope.outside = dict.fromkeys(defined.uses, "defined by an equation")
-        known = [name for name in self.scope.lines if name not in defined.uses]
+        made = [*defined.uses, *defined.labels.values()]
+        scope.outside = dict.fromkeys(made, "defined by an equation")
+        known = [name for name in self.scope.lines if name not in scope.outside]
         for name in known:
             number = self.constants.get(name)
             failed = number is None and self.scope.values[name] is None
@@ -286,7 +303,7 @@ class _Loader:
             needed |= fresh
             todo.extend(fresh)
         for equation in defined.equations:
-            if equation.target not in needed:
+            if needed.isdisjoint(defined.members.get(equation.target, [equation.target])):
                 message = f"'{equation.target}' is not needed for any output"
                 self.report.warning("W102", message, defined.spans[equation.target])
         for spec in self.inputs:

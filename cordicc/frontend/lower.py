@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.scope import Scope, Text
-from cordicc.frontend.syntax import Call, Expr, Name, Neg, Number, Power, Product, Sum, postorder
+from cordicc.frontend.syntax import Call, Expr, Name, Neg, Number, Power, Product, Sum, Vector, postorder
 from cordicc.ir.fold import FoldError, fold
 from cordicc.ir.graph import Builder, Param, Value
 
@@ -92,6 +92,8 @@ def _lower_one(
                 return _chain(builder, parts, [function] * len(parts))
             known = [p for p in parts if p is not None]
             return emit(builder, function, known) if len(known) == len(parts) else None
+        case Vector():
+            raise AssertionError("vectors are expanded before names are looked up")
 
 
 def _chain(builder: Builder, parts: Sequence[Value | None], ops: Sequence[str]) -> Value | None:

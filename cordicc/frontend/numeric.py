@@ -42,6 +42,13 @@ def _atan2(y: float, x: float) -> float:
     return math.nan if x == 0 and y == 0 else math.atan2(y, x)
 
 
+_MEETS: dict[str, Callable[[float], bool]] = {
+    "any": lambda s: True,
+    "nonzero": lambda s: s != 0,
+    "nonnegative": lambda s: s >= 0,
+    "positive": lambda s: s > 0,
+}
+
 _OWN: dict[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
@@ -51,7 +58,8 @@ _OWN: dict[str, Callable[..., float]] = {
     "sign": _sign,
     "min": min,
     "max": max,
-    "guard": lambda condition, a, s: a + 0 * s,
+    "guard": lambda condition, a, s: a if _MEETS[condition](s) else math.nan,
+    "select": lambda s, a, b: a if s >= 0 else b,
     "wrap": _wrap,
     "div": lambda a, b: a / b,
     "pow": _pow,

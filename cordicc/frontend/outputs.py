@@ -32,15 +32,21 @@ class OutputReader:
         listed: list[tuple[str, YamlNode | None, YamlNode | None]]
         if node is None or node.is_null:
             used = {name for target, uses in self.defined.uses.items() for name in uses if name != target}
+            used = self.defined.with_siblings(used)
             listed = [(name, None, None) for name in self.defined.uses if name not in used]
         else:
-            listed = [(key.value, key, options) for key, options in self._listed(node)]
+            variants = self.defined.variants
+            listed = [
+                (name, key, options)
+                for key, options in self._listed(node)
+                for name in variants.get(key.value, [key.value])
+            ]
         specs: dict[str, OutputSpec] = {}
         values: dict[str, Value] = {}
         for name, key, options in listed:
             if self.report.errors >= MAX_ERRORS:
                 break
-            if key is not None and not self._is_output(key, specs):
+            if key is not None and not self._is_output(name, key, specs):
                 continue
             spec = self._read_one(name, options)
             specs[name] = spec
@@ -68,14 +74,16 @@ class OutputReader:
                 self.report.error("E202", wanted("an output", "a name", item), item.span, hint)
         return found
 
-    def _is_output(self, key: YamlNode, specs: Mapping[str, OutputSpec]) -> bool:
-        name = key.value
+    def _is_output(self, name: str, key: YamlNode, specs: Mapping[str, OutputSpec]) -> bool:
         if name in specs:
             self.report.error("E214", f"the output '{name}' is listed twice", key.span)
             return False
         if name in self.defined.uses:
             return True
-        if name in self.scope.lines:
+        members = self.defined.members.get(name)
+        if members:
+            hint = f"'{name}' has several values: list those wanted of {', '.join(members)}"
+        elif name in self.scope.lines:
             hint = f"only what an equation defines can be an output: write one such as '{name}_out = {name}'"
         else:
             hint = did_you_mean(name, self.defined.uses) or "no equation defines that name"

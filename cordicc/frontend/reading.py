@@ -11,6 +11,7 @@ from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import lower
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
 from cordicc.frontend.syntax import parse_expression
+from cordicc.frontend.units import unit_factor
 from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -75,15 +76,25 @@ def check_name(key: YamlNode, scope: Scope) -> bool:
 
 
 def read_constant(
-    node: YamlNode, what: str, scope: Scope, places: Places, target: str | None = None
+    node: YamlNode,
+    what: str,
+    scope: Scope,
+    places: Places,
+    target: str | None = None,
+    units: bool = False,
 ) -> Fraction | None:
-    """Return the number of a constant expression, that of `target` if given; None after a diagnostic."""
+    """Return the number of a constant expression, that of `target` if given; None after a diagnostic.
+
+    With `units`, a number may have a unit of length or angle.
+    """
     if node.kind is not NodeKind.SCALAR or node.is_null:
         scope.report.error("E202", wanted(what, "a number or constant expression", node), node.span)
         return None
     text = Text(node, places)
+    quantity = unit_factor(text, scope.report) if units else None
+    written, factor = (node.value, Fraction(1)) if quantity is None else quantity
     try:
-        expr = parse_expression(node.value)
+        expr = parse_expression(written)
     except ExpressionError as error:
         text.report(scope.report, error)
         return None
@@ -93,4 +104,5 @@ def read_constant(
     number = scope.builder.constant(value)
     if number is None:
         scope.report.error("E212", f"{what} must be constant", text.span(expr.at))
-    return number
+        return None
+    return number * factor

@@ -34,6 +34,15 @@ class Text:
         report.error(error.code, error.message, self.span((error.start, error.end)), error.hint)
 
 
+@dataclass(frozen=True, slots=True)
+class FileText(Text):
+    """An expression put together from several scalars; its places are offsets into the file."""
+
+    def span(self, at: Place) -> Span:
+        """Return the place in the file of a stretch of it."""
+        return self.places.span(*at)
+
+
 @dataclass(slots=True)
 class Scope:
     """The names known so far.
@@ -78,7 +87,8 @@ class Scope:
     def _hint(self, name: str) -> str | None:
         if name == "valid":
             return "'valid' is made by the compiler and cannot be used in equations"
-        return did_you_mean(name, [*self.values, *CONSTANT_NAMES])
+        known = [known for known in self.values if "." not in known]  # those of the compiler have a dot
+        return did_you_mean(name, [*known, *CONSTANT_NAMES])
 
     def _report_early(self, name: Name, text: Text, target: str | None) -> None:
         if any({name.name, target} <= cycle for cycle in self.cycles_reported):

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cordicc.diagnostics import Span
+from cordicc.frontend.branches import Form, by_condition
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.lower import emit
 from cordicc.frontend.polynomial import Coefficients, Expander, Poly, another_unknown
@@ -17,18 +18,34 @@ from cordicc.frontend.scope import Scope, Text
 from cordicc.frontend.syntax import Place, Relation, names
 from cordicc.frontend.zero import ZeroTest, adds_to_domain
 from cordicc.ir.fold import FoldError
-from cordicc.ir.graph import Param, Value
+from cordicc.ir.graph import Value
 
 
 @dataclass(frozen=True, slots=True)
 class SolveRequest:
-    """One or two equations, the unknown, and the branch as written (None if absent)."""
+    """One or two equations, the unknown, and the branch as written (None if absent).
+
+    `together` are both unknowns of two coupled equations, of which `unknown` is one; `condition`
+    chooses the branch instead of a sign.
+    """
 
     equations: Sequence[tuple[Relation, Text]]
     unknown: str
     branch: str | None
     span: Span
     branch_span: Span
+    together: tuple[str, ...] = ()
+    condition: tuple[Relation, Text] | None = None
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Return the unknowns."""
+        return self.together or (self.unknown,)
+
+    @property
+    def all_relations(self) -> list[tuple[Relation, Text]]:
+        """Return the equations, and the condition if there is one."""
+        return [*self.equations, *([self.condition] if self.condition else [])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +85,7 @@ def solve(request: SolveRequest, scope: Scope, zeros: ZeroTest) -> tuple[Value, 
         return None
     if len(found) == 2:
         return _pair(request, scope, zeros, maths, found, systems)
-    return _single(request, scope, maths, found[0], systems.pop())
+    return _single(request, scope, zeros, maths, found[0], systems.pop())
 
 
 def _linear(relation: Relation, expander: Expander, zeros: ZeroTest) -> _Linear | None:
@@ -118,20 +135,54 @@ def _not_linear(
 
 
 def _single(
-    request: SolveRequest, scope: Scope, maths: Coefficients, linear: _Linear, system: int
+    request: SolveRequest,
+    scope: Scope,
+    zeros: ZeroTest,
+    maths: Coefficients,
+    linear: _Linear,
+    system: int,
 ) -> tuple[Value, int] | None:
-    hint = 'write branch: "+" or branch: "-"'
+    if not branch_is_valid(request, scope, required=system == 1):
+        return None
+    constant = with_domain(maths, linear.C, [linear.A, linear.B, linear.C])
+    try:
+        if request.condition is not None:
+            form = Form(linear.A, linear.B, constant, system)
+            value = by_condition(*request.condition, request.unknown, form, scope, zeros)
+        else:
+            params = (system, request.branch or "none")
+            value = emit(scope.builder, "solve", (linear.A, linear.B, constant), params)
+    except FoldError as error:
+        scope.report.error("E209", str(error), request.span)
+        return None
+    except ExpressionError as error:
+        scope.report.error(error.code, error.message, request.branch_span, error.hint)
+        return None
+    return None if value is None else (value, system)
+
+
+def branch_is_valid(request: SolveRequest, scope: Scope, required: bool) -> bool:
+    """Report a branch that is missing or malformed."""
+    if request.condition is not None:
+        relation, text = request.condition
+        used = {name.name for side in (relation.left, relation.right) for name in names(side)}
+        if not used & set(request.unknowns):
+            unknowns = " and ".join(f"'{name}'" for name in request.unknowns)
+            message = f"the condition does not depend on {unknowns}: it cannot choose a branch"
+            scope.report.error("E309", message, text.span(relation.at))
+            return False
+        return True
+    hint = f'write branch: "+" or branch: "-", or a condition such as branch: {request.unknowns[-1]} > 0'
     if request.branch not in (None, "+", "-"):
         scope.report.error("E307", "the branch must be '+' or '-'", request.branch_span, hint)
-        return None
-    if request.branch is None and system == 1:
-        message = f"the equation has two solutions for '{request.unknown}': a branch is required"
+        return False
+    if request.branch is None and required:
+        unknowns = ", ".join(f"'{name}'" for name in request.unknowns)
+        subject = "the equations have" if request.together else "the equation has"
+        message = f"{subject} two solutions for {unknowns}: a branch is required"
         scope.report.error("E307", message, request.span, hint)
-        return None
-    constant = _with_domain(maths, linear.C, [linear.A, linear.B, linear.C])
-    operands = (linear.A, linear.B, constant)
-    value = _emitted("solve", operands, (system, request.branch or "none"), request, scope)
-    return None if value is None else (value, system)
+        return False
+    return True
 
 
 def _pair(
@@ -143,7 +194,7 @@ def _pair(
     systems: set[int],
 ) -> tuple[Value, int] | None:
     report = scope.report
-    if request.branch is not None:
+    if request.branch is not None or request.condition is not None:
         message = "a pair of equations has one solution and takes no branch"
         report.error("E307", message, request.branch_span, "remove 'branch'")
         return None
@@ -163,23 +214,16 @@ def _pair(
     except FoldError as error:
         report.error("E209", str(error), request.span)
         return None
-    constant = _with_domain(maths, two.C, [one.A, one.B, one.C, two.A, two.B, two.C])
-    operands = (one.A, one.B, one.C, two.A, two.B, constant)
-    value = _emitted("solve_pair", operands, (), request, scope)
-    return None if value is None else (value, 1)
-
-
-def _emitted(
-    op: str, operands: Sequence[Value], params: Sequence[Param], request: SolveRequest, scope: Scope
-) -> Value | None:
+    constant = with_domain(maths, two.C, [one.A, one.B, one.C, two.A, two.B, two.C])
     try:
-        return emit(scope.builder, op, operands, params)
+        operands = (one.A, one.B, one.C, two.A, two.B, constant)
+        return emit(scope.builder, "solve_pair", operands), 1
     except FoldError as error:
-        scope.report.error("E209", str(error), request.span)
+        report.error("E209", str(error), request.span)
         return None
 
 
-def _with_domain(maths: Coefficients, value: Value, kept: list[Value]) -> Value:
+def with_domain(maths: Coefficients, value: Value, kept: list[Value]) -> Value:
     """Return the value, invalid also where a coefficient that cancelled has no value."""
     kept = list(kept)
     for dropped in dict.fromkeys(maths.dropped):

@@ -5,7 +5,7 @@ Sums and products are n-ary, so that long ones are not deep.  Places are offsets
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeVar
@@ -24,6 +24,15 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "max": (2, None),
 }
 """The functions and how many arguments they take (None: any number)."""
+
+VECTOR_FUNCTIONS: dict[str, tuple[int, int | None]] = {
+    "vector": (2, 3),
+    "dot": (2, 2),
+    "cross": (2, 2),
+    "norm": (1, 1),
+    "rotate": (2, 3),
+}
+"""The functions on vectors, which equations may call besides; their names are not reserved."""
 
 CONSTANT_NAMES = ("pi", "deg")
 RELATIONS = ("=", ">", "<", ">=", "<=")
@@ -91,7 +100,15 @@ class Call:
     at: Place = field(default=(0, 0), compare=False)
 
 
-Expr = Number | Name | Neg | Sum | Product | Power | Call
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """Components in brackets, expanded before names are looked up."""
+
+    items: tuple[Expr, ...]
+    at: Place = field(default=(0, 0), compare=False)
+
+
+Expr = Number | Name | Neg | Sum | Product | Power | Call | Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +134,7 @@ def children(expr: Expr) -> tuple[Expr, ...]:
             return factors
         case Power(base, exponent):
             return (base, exponent)
-        case Call(_, args):
+        case Call(_, args) | Vector(args):
             return args
 
 
@@ -145,7 +162,7 @@ def parse_expression(text: str) -> Expr:
     return _guarded(text, lambda parser: parser.whole())
 
 
-def parse_definition(text: str) -> tuple[Name, Expr]:
+def parse_definition(text: str, vectors: bool = False) -> tuple[Name, Expr]:
     """Return name and expression of `name = expression`; raises ExpressionError."""
 
     def definition(parser: _Parser) -> tuple[Name, Expr]:
@@ -169,10 +186,10 @@ def parse_definition(text: str) -> tuple[Name, Expr]:
         parser.advance()
         return Name(token.text, (token.start, token.end)), parser.whole()
 
-    return _guarded(text, definition)
+    return _guarded(text, definition, vectors)
 
 
-def parse_relation(text: str, relations: tuple[str, ...] = ("=",)) -> Relation:
+def parse_relation(text: str, relations: tuple[str, ...] = ("=",), vectors: bool = False) -> Relation:
     """Return the two sides of `expression relation expression`; raises ExpressionError."""
 
     def relation(parser: _Parser) -> Relation:
@@ -188,15 +205,16 @@ def parse_relation(text: str, relations: tuple[str, ...] = ("=",)) -> Relation:
         right = parser.whole()
         return Relation(left, token.text, right, (left.at[0], right.at[1]))
 
-    return _guarded(text, relation)
+    return _guarded(text, relation, vectors)
 
 
 _T = TypeVar("_T")
 
 
-def _guarded(text: str, parse: Callable[[_Parser], _T]) -> _T:
+def _guarded(text: str, parse: Callable[[_Parser], _T], vectors: bool = False) -> _T:
+    functions = FUNCTIONS | VECTOR_FUNCTIONS if vectors else FUNCTIONS
     try:
-        return parse(_Parser(tokenize(text)))
+        return parse(_Parser(tokenize(text, brackets=vectors), functions))
     except RecursionError:
         raise ExpressionError("E104", "the expression is nested too deeply", 0, len(text)) from None
 
@@ -215,8 +233,9 @@ _FOREIGN = {
 
 
 class _Parser:
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(self, tokens: list[Token], functions: Mapping[str, tuple[int, int | None]]) -> None:
         self.tokens = tokens
+        self.functions = functions
         self.position = 0
         self.depth = 0
         self.open: list[Token] = []
@@ -291,6 +310,10 @@ class _Parser:
             self.open.append(self.advance())
             inner = self.nested(0)
             return replace(inner, at=(token.start, self.close()))
+        if token.text == "[":
+            self.open.append(self.advance())
+            items, end = self.items("]")
+            return Vector(items, (token.start, end))
         self.refuse_foreign_operator()
         raise self.missing("an operand")
 
@@ -301,36 +324,40 @@ class _Parser:
         return Name(token.text, (token.start, token.end))
 
     def call(self, token: Token) -> Expr:
-        if token.text not in FUNCTIONS:
-            raise _error(
-                "E114", f"unknown function '{token.text}'", token, function_hint(token.text, FUNCTIONS)
-            )
+        if token.text not in self.functions:
+            hint = function_hint(token.text, FUNCTIONS)
+            raise _error("E114", f"unknown function '{token.text}'", token, hint)
         self.open.append(self.advance())
-        args: list[Expr] = []
-        if self.current.text != ")":
-            args.append(self.nested(0))
-            while self.current.text == ",":
-                self.advance()
-                args.append(self.nested(0))
-        end = self.close()
-        least, most = FUNCTIONS[token.text]
+        args, end = self.items(")")
+        least, most = self.functions[token.text]
         if len(args) < least or (most is not None and len(args) > most):
             wanted = f"{least} argument{'s' if least > 1 else ''}"
             wanted += "" if most is not None else " or more"
             message = f"'{token.text}' takes {wanted} but has {len(args)}"
             raise ExpressionError("E115", message, token.start, end, signature(token.text))
-        return Call(token.text, tuple(args), (token.start, end))
+        return Call(token.text, args, (token.start, end))
 
-    def close(self) -> int:
-        """Consume the ')' of the innermost '(' and return where it ends."""
+    def items(self, closing: str) -> tuple[tuple[Expr, ...], int]:
+        """Return the expressions up to a closing bracket, and where it ends."""
+        items: list[Expr] = []
+        if self.current.text != closing:
+            items.append(self.nested(0))
+            while self.current.text == ",":
+                self.advance()
+                items.append(self.nested(0))
+        return tuple(items), self.close(closing)
+
+    def close(self, closing: str = ")") -> int:
+        """Consume the bracket that closes the innermost open one and return where it ends."""
         token = self.current
-        if token.text != ")":
+        if token.text != closing:
             self.refuse_foreign_operator()
             self.refuse_adjacent()
             if token.text == ",":
                 raise _error("E112", "',' is only used between the arguments of a function", token)
             opening = self.open[-1]
-            message = f"expected ')' for the '(' at character {opening.start + 1} of the expression"
+            place = f"at character {opening.start + 1} of the expression"
+            message = f"expected '{closing}' for the '{opening.text}' {place}"
             raise _error("E113", message, token)
         self.open.pop()
         return self.advance().end

@@ -39,6 +39,10 @@ def explain(error: MarkedYAMLError, text: str) -> tuple[str, str | None]:
         return "not valid YAML: a line above has no ':' after its key", (
             "write 'key: value' with a space after the ':', and check the indentation of the lines above"
         )
+    if re.match(r"expected ',' or '[]}]', but got '\['", problem):
+        return f"not valid YAML: {problem}", (
+            "put quotes around an equation with a vector that is itself inside [ ] or { }"
+        )
     if "alias" in problem or "%" in problem or "cannot start any token" in problem:
         return f"not valid YAML: {problem}", _QUOTE
     return f"not valid YAML: {problem}", None

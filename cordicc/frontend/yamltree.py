@@ -95,15 +95,19 @@ class Places:
 
     def within(self, node: YamlNode, start: int, end: int) -> Span:
         """Return the span of `node.value[start:end]`, or of the whole node if its text was escaped."""
+        offsets = self.offsets(node, start, end)
+        return node.span if offsets is None else self.span(*offsets)
+
+    def offsets(self, node: YamlNode, start: int, end: int) -> tuple[int, int] | None:
+        """Return where `node.value[start:end]` is in the file, None if its text was escaped."""
         if node not in self._aligned:
             self._aligned[node] = _align(node.value, self.text[node.start : node.end])
         offsets = self._aligned[node]
         if offsets is None:
-            return node.span
+            return None
         start = min(start, len(offsets) - 1)
         end = max(start + 1, min(end, len(offsets) - 1))
-        last = offsets[end - 1] + 1
-        return self.span(node.start + offsets[start], node.start + last)
+        return node.start + offsets[start], node.start + offsets[end - 1] + 1
 
 
 def _align(value: str, written: str) -> list[int] | None:

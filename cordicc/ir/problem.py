@@ -21,7 +21,11 @@ class InputSpec:
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """An equation as written: the name it defines, its text, and the line it starts on."""
+    """An equation as written: the name it defines, its text, and the line it starts on.
+
+    A vector or frame is one equation under its own name, which is the origin of the nodes of all its
+    entries; so is each unknown of a solve, and each choice of its branch.
+    """
 
     target: str
     text: str
