@@ -1,6 +1,7 @@
 """Run the implicit rules over every input of a small format and compare with the proven bound.
 
-    python benchmarks/convergence.py [--bits N] [--rule single-rotation|root-free|paper|all] [--jobs J]
+    python benchmarks/convergence.py [--bits N] [--jobs J]
+        [--rule single-rotation|root-free|paper|paper-integer|all]
 
 An input is a vector (A, B) = (x, y) other than (0, 0), a target C with |C| <= R and a branch; the numbers
 are the integers from -2^(N-1) to 2^(N-1), which holds every N-bit word and the negative of every one.
@@ -19,7 +20,8 @@ on R, or on the other branch's side of x = 0 by more than it allows.
 The paper's rule (Krieger and Hosticka 1996, eq. 9, vector scaled by 1 - eta 2^-2S after each step) runs
 in double precision, so its failures are the rule's own, over the same inputs and over random unit vectors
 with C = sin(uniform) and with uniform C. It has no proven bound: a failure is a residual above 1e-4 R,
-6.5 times its last angle.
+6.5 times its last angle. `paper-integer` is the same in fixed point, by the library's kernel with
+PAPER_GUARD_BITS more bits (random vectors: PAPER_BITS), and counts the failures that it reports as valid.
 """
 
 import argparse
@@ -34,9 +36,13 @@ from numpy.typing import NDArray
 
 from cordicc.arith import kernels, sequences
 from cordicc.arith.bounds import ImplicitBound, implicit_residual_bound
+from cordicc.arith.scaled_kernels import implicit_scaled
 
-RULES = ("single-rotation", "root-free", "paper")
+RULES = ("single-rotation", "root-free", "paper", "paper-integer")
+PAPERS = ("paper", "paper-integer")
 GUARD_BITS = 6
+PAPER_GUARD_BITS = 20
+PAPER_BITS = 30
 ANGLE_BITS = 30
 BLOCK = 1 << 15
 FAILED = 1e-4
@@ -44,16 +50,21 @@ SAMPLES = 2_000_000
 
 Reals = NDArray[np.float64]
 Int64 = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 class Tally(NamedTuple):
-    """Worst errors over inputs; `share` is the largest ratio of a residual to its bound."""
+    """Worst errors over inputs; `share` is the largest ratio of a residual to its bound.
+
+    `beyond` counts residuals above the bound, `unflagged` those of them that the unit reports as valid.
+    """
 
     inputs: int = 0
     residual: float = 0.0
     angle: float = 0.0
     beyond: int = 0
     share: float = 0.0
+    unflagged: int = 0
 
     def __add__(self, other: Any) -> "Tally":
         return Tally(
@@ -62,12 +73,13 @@ class Tally(NamedTuple):
             max(self.angle, other.angle),
             self.beyond + other.beyond,
             max(self.share, other.share),
+            self.unflagged + other.unflagged,
         )
 
 
 def sequence_of(rule: str, bits: int) -> sequences.Sequence:
     """Return the steps whose last angle moves the largest vector by less than a fifth of an ulp."""
-    if rule == "paper":
+    if rule in PAPERS:
         return sequences.krieger96()
     return sequences.root_free(1, bits + 4) if rule == "root-free" else sequences.standard(1, bits + 3)
 
@@ -106,12 +118,25 @@ def angle_by_paper(x: Reals, y: Reals, target: Reals) -> Reals:
     return z
 
 
+def angle_by_paper_in_integers(x: Reals, y: Reals, target: Reals, bits: int) -> tuple[Reals, Mask]:
+    """Return the angles turned by eq. 9 in fixed point, the start rounded to `bits`, and the valid flags."""
+    table = sequences.step_table(sequences.krieger96(), ANGLE_BITS)
+    words = [np.rint(np.ldexp(v, bits)).astype(np.int64) for v in (x, y, target)]
+    _, _, z, valid = implicit_scaled(words[0], words[1], words[2], np.zeros_like(words[0]), table)
+    return np.ldexp(z.astype(np.float64), -ANGLE_BITS), valid
+
+
 def measured(rule: str, bits: int, x: Any, y: Any, target: Any, weight: int) -> Tally:
     """Return the tally of solvable inputs, each counted `weight` times."""
     A, B, C = (v.astype(np.float64) for v in (x, y, target))
     R = np.hypot(A, B)
-    if rule == "paper":
-        t = angle_by_paper(A, B, C)
+    flagged = np.zeros(len(R), dtype=np.bool_)
+    if rule in PAPERS:
+        if rule == "paper":
+            t = angle_by_paper(A, B, C)
+        else:
+            t, valid = angle_by_paper_in_integers(A, B, C, PAPER_GUARD_BITS if bits else PAPER_BITS)
+            flagged = ~valid
         bound, wrong_side = FAILED * R, np.zeros(len(R), dtype=np.bool_)
     else:
         t = angle_by_kernel(rule, bits, x, y, target)
@@ -121,15 +146,17 @@ def measured(rule: str, bits: int, x: Any, y: Any, target: Any, weight: int) -> 
     residual = np.abs(B * np.cos(t) + A * np.sin(t) - C)
     wanted, start = np.arcsin(np.clip(C / R, -1, 1)), np.arctan2(B, A)
     error = np.abs(_wrapped(t - (wanted - start)))
-    if rule == "paper":  # either solution is right: the rule does not choose
+    if rule in PAPERS:  # either solution is right: the rule does not choose
         error = np.minimum(error, np.abs(_wrapped(t - (np.pi - wanted - start))))
     relative = error * np.sqrt(np.maximum((R - C) * (R + C), 0))
+    beyond = (residual > bound) | wrong_side
     return Tally(
         weight * len(R),
         float(residual.max()),
         float(relative.max()),
-        weight * int(((residual > bound) | wrong_side).sum()),
+        weight * int(beyond.sum()),
         float((residual / bound).max()),
+        weight * int((beyond & ~flagged).sum()),
     )
 
 
@@ -164,7 +191,7 @@ def exhaustive(rule: str, bits: int, jobs: int) -> Tally:
     return total
 
 
-def random_targets(uniform_sine: bool, samples: int = SAMPLES) -> Tally:
+def random_targets(rule: str, uniform_sine: bool, samples: int = SAMPLES) -> Tally:
     """Return the paper's tally over random unit vectors and targets."""
     rng = np.random.default_rng(1996)
     total = Tally()
@@ -174,16 +201,18 @@ def random_targets(uniform_sine: bool, samples: int = SAMPLES) -> Tally:
         target = rng.uniform(-1, 1, count)
         if not uniform_sine:
             target = np.sin(target * np.pi / 2)
-        total += measured("paper", 0, np.cos(start), np.sin(start), target, 1)
+        total += measured(rule, 0, np.cos(start), np.sin(start), target, 1)
     return total
 
 
-def show(name: str, tally: Tally, limit: float, unit: str, kind: str) -> None:
+def show(name: str, tally: Tally, limit: float, unit: str, kind: str, flags: bool = False) -> None:
     print(f"  {name}: {tally.inputs:,} inputs")
     print(f"    worst residual {tally.residual:.6g} {unit}")
     print(f"    worst angle error / condition number {tally.angle:.6g} {unit}")
     share = 100 * tally.beyond / tally.inputs
     print(f"    beyond the {kind} (largest: {limit:.6g} {unit}): {tally.beyond:,} ({share:.4g} %)")
+    if flags:
+        print(f"    of these reported as valid: {tally.unflagged:,}")
     print(f"    {kind} / worst observed {limit / tally.residual:.2f}, nearest {100 * tally.share:.1f} %")
 
 
@@ -201,10 +230,13 @@ def main() -> None:
         sequence = sequence_of(rule, options.bits)
         print(f"{rule}: {len(sequence.shifts)} iterations, last angle {sequence.resolution:.4g} rad")
         name = f"every {options.bits}-bit input, both branches"
-        if rule == "paper":
-            show(name, exhaustive(rule, options.bits, options.jobs), FAILED * radius, "ulp", "limit")
+        if rule in PAPERS:
+            flags = rule == "paper-integer"
+            whole = exhaustive(rule, options.bits, options.jobs)
+            show(name, whole, FAILED * radius, "ulp", "limit", flags)
             for uniform, which in ((False, "C = sin(uniform)"), (True, "uniform C")):
-                show(f"random unit vectors, {which}", random_targets(uniform), FAILED, "R", "limit")
+                random = random_targets(rule, uniform)
+                show(f"random unit vectors, {which}", random, FAILED, "R", "limit", flags)
         else:
             parts = bound_of(rule, options.bits)
             assert parts.smallest_norm <= 1

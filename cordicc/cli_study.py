@@ -35,6 +35,7 @@ _TRACED = ("standard", "krieger96", "root-free", "single-rotation")
     help="Circular, linear or hyperbolic.",
 )
 @click.option("--branch", type=click.Choice(["+", "-"]), help="Which solution.  [default: -]")
+@click.option("--bits", type=click.IntRange(1, 40), help="Also run it in fixed point, to so many bits.")
 def trace(
     mode: str,
     x: str,
@@ -45,11 +46,13 @@ def trace(
     iterations: int | None,
     m: str,
     branch: str | None,
+    bits: int | None,
 ) -> None:
     """Print the iterations of one operation, to ten decimals.
 
     Rotation drives z to 0, vectoring y to 0, implicit y to the C of B cos t + A sin t = C.  Numbers may be
-    constant expressions such as 3*pi/8.  With krieger96, z counts half of what the vector turns.
+    constant expressions such as 3*pi/8.  With krieger96, z counts half of what the vector turns.  With --bits
+    a second table has the same iterations in integers, rounded as the units round.
 
     \b
     cordicc trace rotation --x 1 --y 1 --z 1.1780972451 --sequence krieger96
@@ -61,7 +64,7 @@ def trace(
     at = [option_number(text, name) for name, text in (("--x", x), ("--y", y), ("--z", z))]
     goal = None if target is None else option_number(target, "--target")
     rule = sequence or ("single-rotation" if mode == "implicit" else "standard")
-    request = Request(mode, rule, int(m), at[0], at[1], at[2], goal, iterations, branch)
+    request = Request(mode, rule, int(m), at[0], at[1], at[2], goal, iterations, branch, bits)
     text, warnings = trace_text(request)
     for warning in warnings:
         click.echo(warning.render(), err=True)
@@ -89,6 +92,7 @@ def trace(
     "--allow-zero/--no-zero", default=None, help="Only with, or only without S = 0.  [default: both]"
 )
 @click.option("--jobs", type=click.IntRange(1, 1024), help="Processes.  [default: one a core]")
+@click.option("--cluster", metavar="ADDRESS", help="Search on the Dask cluster of this scheduler instead.")
 @click.option(
     "--limit",
     type=click.IntRange(1, 1000),
@@ -107,6 +111,7 @@ def sequences(
     max_iterations: int,
     allow_zero: bool | None,
     jobs: int | None,
+    cluster: str | None,
     limit: int,
 ) -> None:
     """List the shift sequences, check the one called NAME, or search for new ones.
@@ -114,15 +119,19 @@ def sequences(
     \b
     cordicc sequences krieger96
     cordicc sequences --search --final-shift 17 --scaling-error 2**-22
+    cordicc sequences --search --cluster tcp://localhost:8786
     """  # noqa: D301
     from cordicc import sequence_text
 
     if search and name is not None:
         raise click.UsageError("NAME and --search exclude each other")
+    if jobs is not None and cluster is not None:
+        raise click.UsageError("--jobs and --cluster exclude each other")
     if not search:
         _refuse_search_options(ctx)
         click.echo(sequence_text.list_text() if name is None else sequence_text.detail_text(name), nl=False)
         return
+    from cordicc.arith.cluster import outcomes as on_cluster
     from cordicc.arith.search import Outcome, ZeroShift, merge, outcomes, tasks
     from cordicc.frontend.option import option_number
 
@@ -133,7 +142,8 @@ def sequences(
     without: Outcome = {}
     for case in cases:
         parts = tasks(case, limit)
-        whole = merge([without, *_watched(outcomes(parts, jobs or _cores()), len(parts))], limit)
+        found_by_part = outcomes(parts, jobs or _cores()) if cluster is None else on_cluster(parts, cluster)
+        whole = merge([without, *_watched(found_by_part, len(parts))], limit)
         if case.zero is ZeroShift.NONE:
             without = whole
             if allow_zero:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from cordicc.arith import sequences, study
+from cordicc.arith import fixed_study, sequences, study
 from cordicc.arith.sequences import Sequence
 from cordicc.arith.study import Run, State, mp
 from cordicc.diagnostics import Diagnostic, InvalidInput, Severity
@@ -29,6 +29,7 @@ class Request:
     """What is to be traced: a mode, a sequence, coordinate system m, and the start.
 
     `iterations` None stands for the sequence's own number, `branch` None for "-" where there are two.
+    `bits` are the fraction bits of a run in fixed point to be shown below.
     """
 
     mode: str
@@ -40,6 +41,7 @@ class Request:
     target: Fraction | None = None
     iterations: int | None = None
     branch: str | None = None
+    bits: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,8 @@ def trace_text(request: Request) -> tuple[str, list[Diagnostic]]:
     results = _results(request, sequence, start, run, branch)
     lines = [*_head(request, sequence, start, run), "", *_table(run, sequence), "", *_facts(sequence)]
     lines += ["", *_result_table(results)]
+    if request.bits is not None:
+        lines += ["", *_fixed_point(request.mode, sequence, run, request.bits)]
     return "\n".join(lines) + "\n", _warnings(request, sequence, start, run, results)
 
 
@@ -266,16 +270,38 @@ def decimal(value: Any) -> str:
     return f"{'-' if units < 0 else ''}{whole}.{part:0{DECIMALS}}"
 
 
+def _scales_target(run: Run, sequence: Sequence) -> bool:
+    return run.start.target is not None and not sequence.eta
+
+
 def _table(run: Run, sequence: Sequence) -> list[str]:
-    scaled_target = run.start.target is not None and not sequence.eta
+    scaled_target = _scales_target(run, sequence)
     header = ["i", "S_i", *(["η_i"] if sequence.eta else []), "x_i", "y_i", "z_i"]
     table = [header + (["C_i"] if scaled_target else [])]
     for row in run.rows:
         numbers = [row.state.x, row.state.y, row.state.z, *([row.state.target] if scaled_target else [])]
         counts = [row.index, row.shift, *([] if row.eta is None else [row.eta])]
         table.append([str(n) for n in counts] + [decimal(n) for n in numbers])
+    return _to_the_right(table)
+
+
+def _to_the_right(table: list[list[str]]) -> list[str]:
     widths = [max(len(line[i]) for line in table) for i in range(len(table[0]))]
     return ["  ".join(f"{cell:>{w}}" for cell, w in zip(line, widths, strict=True)) for line in table]
+
+
+def _fixed_point(mode: str, sequence: Sequence, run: Run, bits: int) -> list[str]:
+    """Return the same iterations on integers, and how far they are from the exact ones."""
+    start, rows = fixed_study.fixed_rows(mode, sequence, run, bits)
+    names = ["x", "y", "z", *(["target"] if _scales_target(run, sequence) else [])]
+    table = [["i", *(f"{'C' if n == 'target' else n}_i" for n in names), "off by"]]
+    table.append(["0", *(str(getattr(start, n)) for n in names), ""])
+    for row, words in zip(run.rows, rows, strict=True):
+        exact = [mp.ldexp(getattr(row.state, n), bits) for n in names]
+        off = max(abs(getattr(words, n) - e) for n, e in zip(names, exact, strict=True))
+        table.append([str(row.index), *(str(getattr(words, n)) for n in names), mp.nstr(off, 3)])
+    head = f"in fixed point, units of 2^-{bits}; shifts round half up, 'off by' is the largest difference"
+    return [head, "", *_to_the_right(table)]
 
 
 def _facts(sequence: Sequence) -> list[str]:

@@ -11,8 +11,8 @@ from cordicc.arith.formats import FloatArray
 
 Int64 = NDArray[np.int64]
 
-MANTISSA_BITS = 24
-"""Bits of a mantissa as `unpack` returns it."""
+WIDE_BITS = 52
+"""Bits of a mantissa that must lose nothing; below the 53 of a float64, so that it can be one."""
 
 ZERO_EXPONENT = -4096
 """Exponent of the number 0: below that of every other, so that 0 never sets a block's exponent."""
@@ -27,12 +27,12 @@ class Scaled(NamedTuple):
     exponent: Int64
 
 
-def unpack(values: FloatArray) -> Scaled:
-    """Return finite float64 values of at most 24 significant bits as mantissas of exactly 24 bits."""
+def unpack(values: FloatArray, bits: int) -> Scaled:
+    """Return finite float64 values of at most `bits` significant bits as mantissas of exactly `bits` bits."""
     fraction, exponent = np.frexp(values)
-    mantissa = (fraction * 2.0**MANTISSA_BITS).astype(np.int64)
+    mantissa = np.ldexp(fraction, bits).astype(np.int64)
     exponents = exponent.astype(np.int64)
-    exponents -= MANTISSA_BITS
+    exponents -= bits
     exponents[mantissa == 0] = ZERO_EXPONENT
     return Scaled(mantissa, exponents)
 
@@ -58,8 +58,8 @@ def normalise(number: Scaled, bits: int) -> Scaled:
     return Scaled(mantissa, exponent)
 
 
-def joined(numbers: tuple[Scaled, ...], bits: int) -> tuple[list[Int64], Int64]:
-    """Bring 24-bit numbers to one exponent, the largest mantissa having `bits` bits.
+def joined(numbers: tuple[Scaled, ...], operand_bits: int, bits: int) -> tuple[list[Int64], Int64]:
+    """Bring numbers of `operand_bits` bits to one exponent, the largest mantissa having `bits` bits.
 
     Returns:
         The mantissas, and the common exponent.
@@ -67,7 +67,7 @@ def joined(numbers: tuple[Scaled, ...], bits: int) -> tuple[list[Int64], Int64]:
     largest = numbers[0].exponent
     for number in numbers[1:]:
         largest = np.maximum(largest, number.exponent)
-    exponent = largest - (bits - MANTISSA_BITS)
+    exponent = largest - (bits - operand_bits)
     return [shifted(n.mantissa, exponent - n.exponent) for n in numbers], exponent
 
 

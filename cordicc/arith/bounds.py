@@ -4,11 +4,13 @@ Notation: step i turns by s alpha_i, s = +-1, and stretches by k_i; K_i is the p
 stretches, n the number of steps, theta in [-pi/2, pi/2] the wanted direction (R sin theta = C), psi_i the
 direction after i steps of *exact* arithmetic with the kernel's own decisions, u_i that vector of norm R.
 
-Roundings.  The kernel computes v' = k_i Rot(s alpha_i) v + e_i and T' = k_i T + d_i, so v_i/K_i differs
-from u_i by at most E, the sum of |e_j|/K_(j+1), and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).
-A half-up shift by b > 0 places errs by at most min(1/2, |v| 2^-b), by b <= 0 not at all; both components
-of e_j are one (standard) or the sum of two (root-free) such errors.  The factor of the target is itself
-rounded in the standard kernel: 2^-31 of T more.
+Roundings.  The kernel computes v' = k_i Rot(s alpha_i) v + e_i and T' = k_i T + d_i.  So v_i/K_i differs
+from u_i by the sum of e_j/K_(j+1), each turned by the steps from j+1 to i, an angle of at most rho_j, the sum
+of the later ones; and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).  A half-up shift by b > 0 places
+errs by at most min(1/2, |v| 2^-b), by b <= 0 not at all; both components of e_j are one (standard) or the sum
+of two (root-free) such errors.  If they are at most e, turned they are at most e (1 + sin rho_j), so either
+component of v_i/K_i errs by at most E, the sum of e_j (1 + sin rho_j)/K_(j+1).  The factor of the target is
+itself rounded in the standard kernel: half of its last place times T more.
 
 Decisions.  Call one wrong if it is not the sign of theta - psi_i.  Let R >= 4 E.
 (a) Both the computed and the exact x are >= 0: a wrong comparison means |R sin psi_i - C| <= D + E.
@@ -45,7 +47,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.sequences import FACTOR_BITS, Sequence, step_table
+from cordicc.arith.sequences import FACTOR_BITS, Sequence, exact_angle, step_table
 
 Norm = TypeVar("Norm", float, NDArray[np.float64])
 
@@ -96,27 +98,31 @@ def implicit_residual_bound(
             f"no bound for {sequence.name}: it must be circular, start with the only 0, converge"
         )
     unit = math.ldexp(1.0, -fraction_bits)
+    angles = [float(exact_angle(1, shift, sequence.root_free)) for shift in sequence.shifts]
+    later = sum(angles)
+    factors = step_table(sequence, angle_bits).target_factors
     gain, vector, target = 1.0, 0.0, 0.0
-    for shift, factor in zip(sequence.shifts, step_table(sequence, angle_bits).target_factors, strict=True):
-        norm, height = gain * (largest_norm + vector), gain * (largest_norm + target)
+    for shift, angle, factor in zip(sequence.shifts, angles, factors, strict=True):
+        norm, height = gain * (largest_norm + math.sqrt(2) * vector), gain * (largest_norm + target)
+        later -= angle
         if sequence.root_free:
             square = math.ldexp(1.0, -2 * shift)
             stretch = 1 + square
-            error = _shift_error(shift - 1, norm, unit) + _shift_error(2 * shift, norm, unit)
-            target_error = _shift_error(2 * shift, height, unit)
+            error = shift_error(shift - 1, norm, unit) + shift_error(2 * shift, norm, unit)
+            target_error = shift_error(2 * shift, height, unit)
         else:
             stretch = math.sqrt(1 + math.ldexp(1.0, -2 * shift))
-            error = _shift_error(shift, norm, unit)
+            error = shift_error(shift, norm, unit)
             target_error = min(unit / 2, height * math.ldexp(factor, -FACTOR_BITS))
             target_error += height * math.ldexp(1.0, -FACTOR_BITS - 1)
         gain *= stretch
-        vector += math.sqrt(2) * error / gain
+        vector += error * (1 + math.sin(min(later, math.pi / 2))) / gain
         target += target_error / gain
     # Half a unit an angle and for the half turn; the quarter turn, half of a rounded pi, errs by 3/4.
     angle_rounding = (len(sequence.shifts) + 3) * math.ldexp(1.0, -angle_bits - 1)
     return ImplicitBound(sequence.resolution, angle_rounding, vector, target)
 
 
-def _shift_error(shift: int, size: float, unit: float) -> float:
+def shift_error(shift: int, size: float, unit: float = 1.0) -> float:
     """Return the largest error of a half-up shift of a number of at most that size."""
     return 0.0 if shift <= 0 else min(unit / 2, math.ldexp(size, -shift))

@@ -1,13 +1,14 @@
-"""The CORDIC arithmetic unit (CAU) as functions on words: bit-true, vectorised, block floating inside.
+"""The CORDIC arithmetic unit (CAU) as functions on exact values: bit-true, vectorised, block floating inside.
 
-Inside, coordinates are 32-bit mantissas with 29 fraction bits under a common exponent, angles have 32
-fraction bits.  A result is invalid (NaN) where it has no value; an invalid operand makes both invalid.
-Measured errors: rotation and norm 1 ulp of single relative to the norm, angles 2^-24 rad, each besides
-the rounding of the result.
+Operands are float64 arrays that hold words exactly, NaN an invalid one; results hold at most 53 bits,
+exactly, for a number format to round once.  Inside, coordinates are mantissas with `fraction_bits` under a
+common exponent of `EXPONENT_BITS`, angles have `angle_bits` fraction bits.  A result is invalid (NaN) where
+it has no value, and infinite where its exponent is too large; an invalid operand makes both invalid.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from cordicc.arith import implicit as implicit_unit
 from cordicc.arith import kernels, sequences
 from cordicc.arith.blocks import (
-    MANTISSA_BITS,
+    WIDE_BITS,
     ZERO_EXPONENT,
     Int64,
     Scaled,
@@ -27,10 +28,9 @@ from cordicc.arith.blocks import (
     to_float,
     unpack,
 )
-from cordicc.arith.formats import SINGLE, FloatArray, NumberFormat, Word
+from cordicc.arith.formats import FloatArray
+from cordicc.arith.gaps import largest_gap
 from cordicc.arith.reduction import (
-    ANGLE_BITS,
-    SUM_GUARD_BITS,
     angle_sum,
     compensated,
     ln2_multiple,
@@ -39,52 +39,61 @@ from cordicc.arith.reduction import (
     reduce_hyperbolic,
     sum_and_difference,
 )
-from cordicc.arith.sequences import StepTable, pi_fixed
+from cordicc.arith.sequences import Sequence, StepTable, pi_fixed
+
+EXPONENT_BITS = 10
+"""Of the exponent inside a unit, two's complement; larger results are infinite, smaller ones 0."""
+
+INTEGER_BITS = 3
+"""Of a mantissa: the sign, and growth of the norm by root 2 and the gain to below 4."""
+
+_LARGEST = 2.0 ** (2 ** (EXPONENT_BITS - 1))
 
 
 @dataclass(frozen=True, slots=True)
 class Cau:
-    """A unit: 32-bit mantissas less three integer bits, iterations, and the implicit rule if it has one."""
+    """A unit: its widths in bits, iterations, and the implicit rule if it has one."""
 
     fraction_bits: int = 29
     iterations: int = 30
     rule: str | None = None
-    format: NumberFormat = SINGLE
+    operand_bits: int = 24
+    angle_bits: int = 32
 
-    def rotate(self, m: int, x: Word, y: Word, z: Word) -> tuple[Word, Word]:
+    def rotate(self, m: int, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Turn (x, y) by z: (x cos z - y sin z, y cos z + x sin z), m = 0: (x, y + x z), m = -1: cosh, sinh.
 
         The argument is reduced exactly for every finite z in radians.
         """
-        valid, (a, b, c) = _operands(self.format, x, y, z)
+        valid, (a, b, c) = _operands(x, y, z)
         turn = {1: self._rotate_circular, 0: self._rotate_linear, -1: self._rotate_hyperbolic}[m]
         first, second = turn(a, b, c)
-        return _encoded(self.format, first, valid), _encoded(self.format, second, valid)
+        return _delivered(first, valid), _delivered(second, valid)
 
-    def vector(self, m: int, sign: int, x: Word, y: Word, z: Word) -> tuple[Word, Word]:
+    def vector(
+        self, m: int, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Return the norm sqrt(x^2 + m y^2) and z + sign * angle of (x, y); m = 0: x and z + sign * y/x.
 
         Circular: the angle is in (-pi, pi] and invalid at (0, 0), the norm 0 there.  Hyperbolic: the
         norm needs |y| <= |x|, the angle |y| < |x|.  Linear: the quotient needs x != 0.
         """
-        valid, (a, b, c) = _operands(self.format, x, y, z)
+        valid, (a, b, c) = _operands(x, y, z)
         measure = {1: self._vector_circular, 0: self._vector_linear, -1: self._vector_hyperbolic}[m]
         norm, angle = measure(sign, a, b, c)
-        encode = self.format.encode_angle if m == 1 else self.format.encode
-        return _encoded(self.format, norm, valid), np.asarray(encode(np.where(valid, angle, np.nan)))
+        return _delivered(norm, valid), _delivered(angle, valid)
 
-    def lightcone(self, u: Word, v: Word) -> tuple[Word, Word]:
+    def lightcone(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return sqrt(u v), for u v >= 0, and ln(u/v)/2, for u v > 0: hyperbolic vectoring by x+y and x-y."""
-        valid, (a, b) = _operands(self.format, u, v)
-        root, angle = self._measure_lightcone(unpack(a), unpack(b))
-        radians = np.ldexp(angle.astype(np.float64), -ANGLE_BITS)
+        valid, (a, b) = _operands(u, v)
+        root, angle = self._measure_lightcone(self._unpack(a), self._unpack(b))
+        radians = np.ldexp(angle.astype(np.float64), -self.angle_bits)
         defined = np.sign(a) * np.sign(b) > 0
-        return (
-            _encoded(self.format, root, valid),
-            _encoded(self.format, np.where(defined, radians, np.nan), valid),
-        )
+        return _delivered(root, valid), _delivered(np.where(defined, radians, np.nan), valid)
 
-    def implicit(self, m: int, branch: str, A: Word, B: Word, C: Word) -> tuple[Word, Word]:
+    def implicit(
+        self, m: int, branch: str, A: FloatArray, B: FloatArray, C: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Solve B cos t + A sin t = C (m = -1: cosh, sinh): t, and sqrt(A^2 + m B^2 - m C^2) >= 0.
 
         Both are invalid without a solution.  Circular: t is atan2(A, B) +- acos(C/hypot(A, B)), not
@@ -93,15 +102,17 @@ class Cau:
         """
         if self.rule is None:
             raise ValueError("this unit has no implicit mode")
-        valid, operands = _operands(self.format, A, B, C)
+        valid, operands = _operands(A, B, C)
         solve = implicit_unit.circular if m == 1 else implicit_unit.hyperbolic
-        angle, rest = solve(branch, operands, implicit_table(self, m), self.fraction_bits)
-        encode = self.format.encode_angle if m == 1 else self.format.encode
-        return np.asarray(encode(np.where(valid, angle, np.nan))), _encoded(self.format, rest, valid)
+        angle, rest = solve(branch, operands, implicit_table(self, m))
+        return _delivered(angle, valid), _delivered(rest, valid)
+
+    def _unpack(self, values: FloatArray) -> Scaled:
+        return unpack(values, self.operand_bits)
 
     def _rotate_circular(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        quadrant, remainder = reduce_circular(unpack(z))
-        (a, b), exponent = joined((unpack(x), unpack(y)), self.fraction_bits)
+        quadrant, remainder = reduce_circular(self._unpack(z), self.angle_bits)
+        (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
         odd = (quadrant & 1).astype(bool)
         a, b = np.where(odd, -b, a), np.where(odd, a, b)
         half_turn = 1 - (quadrant & 2)
@@ -113,18 +124,23 @@ class Cau:
 
     def _rotate_linear(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         bits = self.fraction_bits + 1
-        factor, multiplicand, addend = unpack(z), unpack(x), unpack(y)
-        wide = multiplicand.mantissa << (bits - MANTISSA_BITS)
+        factor, multiplicand, addend = self._unpack(z), self._unpack(x), self._unpack(y)
+        wide = multiplicand.mantissa << (bits - self.operand_bits)
         _, product, _ = kernels.rotate(
             wide,
             np.zeros_like(wide),
-            factor.mantissa << (ANGLE_BITS - MANTISSA_BITS),
+            factor.mantissa << (self.angle_bits - self.operand_bits),
             standard_table(self, 0),
         )
         product *= (multiplicand.mantissa != 0) & (factor.mantissa != 0)
-        exponent = multiplicand.exponent + factor.exponent + (2 * MANTISSA_BITS - bits)
-        total = added(padded(Scaled(product, exponent), 20), padded(addend, SUM_GUARD_BITS))
+        exponent = multiplicand.exponent + factor.exponent + (2 * self.operand_bits - bits)
+        total = self._sum(Scaled(product, exponent), bits, addend)
         return x, to_float(total)
+
+    def _sum(self, result: Scaled, bits: int, addend: Scaled) -> Scaled:
+        """Return a result of `bits` bits plus an operand, to 2^-50 of the larger."""
+        room = WIDE_BITS - 2
+        return added(padded(result, room - bits), padded(addend, room - self.operand_bits))
 
     def _rotate_hyperbolic(
         self, x: FloatArray, y: FloatArray, z: FloatArray
@@ -133,8 +149,8 @@ class Cau:
 
         z = q ln 2 + r; CORDIC turns by r, powers of two do the rest.
         """
-        doublings, remainder = reduce_hyperbolic(z)
-        u, v = sum_and_difference(unpack(x), unpack(y), self.fraction_bits)
+        doublings, remainder = reduce_hyperbolic(z, self.operand_bits, self.angle_bits)
+        u, v = sum_and_difference(self._unpack(x), self._unpack(y), self.operand_bits, self.fraction_bits)
         half_sum, half_difference = u.mantissa + v.mantissa, u.mantissa - v.mantissa
         table = standard_table(self, -1)
         a, b, _ = kernels.rotate((half_sum + 1) >> 1, (half_difference + 1) >> 1, remainder, table)
@@ -149,8 +165,8 @@ class Cau:
     def _vector_circular(
         self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        (a, b), exponent = joined((unpack(x), unpack(y)), self.fraction_bits)
-        half_turn = pi_fixed(ANGLE_BITS)
+        (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
+        half_turn = pi_fixed(self.angle_bits)
         start = np.where(x < 0, np.where(y < 0, -half_turn, half_turn), 0)
         side = np.where(x < 0, -1, 1)
         table = standard_table(self, 1)
@@ -160,34 +176,36 @@ class Cau:
         undefined = (x == 0) & (y == 0)
         a *= ~undefined
         norm = to_float(compensated(a, exponent, table))
-        return norm, np.where(undefined, np.nan, angle_sum(unpack(z), sign * angle))
+        total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
+        return norm, np.where(undefined, np.nan, total)
 
     def _vector_linear(
         self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         bits = self.fraction_bits + 1
-        divisor, dividend = unpack(np.abs(x)), unpack(y)
+        divisor, dividend = self._unpack(np.abs(x)), self._unpack(y)
         _, _, quotient = kernels.vector(
-            divisor.mantissa << (bits - MANTISSA_BITS),
-            dividend.mantissa << (bits - MANTISSA_BITS),
+            divisor.mantissa << (bits - self.operand_bits),
+            dividend.mantissa << (bits - self.operand_bits),
             np.zeros_like(dividend.mantissa),
             standard_table(self, 0),
         )
         quotient *= np.where(x < 0, -sign, sign) * (dividend.mantissa != 0)
-        exponent = dividend.exponent - divisor.exponent - ANGLE_BITS
-        total = added(padded(Scaled(quotient, exponent), 18), padded(unpack(z), SUM_GUARD_BITS))
+        exponent = dividend.exponent - divisor.exponent - self.angle_bits
+        total = self._sum(Scaled(quotient, exponent), self.angle_bits + 2, self._unpack(z))
         return x, np.where(x == 0, np.nan, to_float(total))
 
     def _vector_hyperbolic(
         self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        u, v = sum_and_difference(unpack(x), unpack(y), self.fraction_bits)
+        u, v = sum_and_difference(self._unpack(x), self._unpack(y), self.operand_bits, self.fraction_bits)
         norm, angle = self._measure_lightcone(u, v)
         defined = np.abs(y) < np.abs(x)
-        return norm, np.where(defined, angle_sum(unpack(z), sign * angle), np.nan)
+        total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
+        return norm, np.where(defined, total, np.nan)
 
     def _measure_lightcone(self, u: Scaled, v: Scaled) -> tuple[FloatArray, Int64]:
-        """Return sqrt(u v), NaN where u v < 0, and ln(u/v)/2 with `ANGLE_BITS`, arbitrary where u v <= 0.
+        """Return sqrt(u v), NaN where u v < 0, and ln(u/v)/2 as an angle, arbitrary where u v <= 0.
 
         u and v are brought to one size by powers of two with an even sum, which a half of the sum and a
         multiple of ln 2 undo; then 1/2 <= u/v <= 2, that is |y/x| <= 1/3.
@@ -206,12 +224,12 @@ class Cau:
         root = to_float(compensated(x, (exponent_u + exponent_v) >> 1, table))
         root[~zero & ((u.mantissa < 0) != (v.mantissa < 0))] = np.nan
         doublings = np.where(zero, 0, (exponent_u - exponent_v) >> 1)
-        return root, angle + ln2_multiple(doublings)
+        return root, angle + ln2_multiple(doublings, self.angle_bits)
 
 
-def _operands(format_: NumberFormat, *words: Word) -> tuple[NDArray[np.bool_], list[FloatArray]]:
-    """Decode and broadcast operands; return which samples are valid, and values with NaN replaced by 1."""
-    values = [format_.decode(np.atleast_1d(w)) for w in words]
+def _operands(*operands: FloatArray) -> tuple[NDArray[np.bool_], list[FloatArray]]:
+    """Broadcast operands; return which samples are valid, and values with NaN replaced by 1."""
+    values = [np.atleast_1d(np.asarray(operand, dtype=np.float64)) for operand in operands]
     shape = np.broadcast_shapes(*(v.shape for v in values))
     valid = np.ones(shape, dtype=bool)
     for value in values:
@@ -219,25 +237,40 @@ def _operands(format_: NumberFormat, *words: Word) -> tuple[NDArray[np.bool_], l
     return valid, [np.where(valid, value, 1.0) for value in values]
 
 
-def _encoded(format_: NumberFormat, values: FloatArray, valid: NDArray[np.bool_]) -> Word:
-    return np.asarray(format_.encode(np.where(valid, values, np.nan)))
+def _delivered(values: FloatArray, valid: NDArray[np.bool_]) -> FloatArray:
+    """Return results within the exponents that a unit has, NaN where an operand is invalid."""
+    size = np.abs(values)
+    inside = np.where(size < _LARGEST, values, np.copysign(np.inf, values))
+    inside = np.where(size < 1 / _LARGEST, 0.0, inside)
+    return np.where(valid & ~np.isnan(values), inside, np.nan)
+
+
+def _sequence(m: int, unit: Cau, root_free: bool) -> Sequence:
+    return (sequences.root_free if root_free else sequences.standard)(m, unit.iterations)
 
 
 @cache
-def _table(m: int, iterations: int, root_free: bool) -> StepTable:
-    sequence = sequences.root_free if root_free else sequences.standard
-    return sequences.step_table(sequence(m, iterations), ANGLE_BITS)
+def _table(m: int, unit: Cau, root_free: bool) -> StepTable:
+    sequence = _sequence(m, unit, root_free)
+    return sequences.step_table(sequence, unit.angle_bits, unit.fraction_bits + INTEGER_BITS)
 
 
 def standard_table(unit: Cau, m: int) -> StepTable:
     """Return the constants of the unit's standard iterations."""
-    return _table(m, unit.iterations, False)
+    return _table(m, unit, False)
 
 
+@cache
 def implicit_table(unit: Cau, m: int) -> implicit_unit.ImplicitTable:
-    """Return the kernel and the constants of the unit's implicit iterations."""
-    if unit.rule == "root-free":
-        return implicit_unit.ImplicitTable(
-            kernels.implicit_root_free, _table(m, unit.iterations, True), False
-        )
-    return implicit_unit.ImplicitTable(kernels.implicit, _table(m, unit.iterations, False), True)
+    """Return the kernel, the widths and the constants of the unit's implicit iterations."""
+    root_free = unit.rule == "root-free"
+    sequence = _sequence(m, unit, root_free)
+    return implicit_unit.ImplicitTable(
+        kernel=kernels.implicit_root_free if root_free else kernels.implicit,
+        steps=_table(m, unit, root_free),
+        quarter_turns=not root_free,
+        operand_bits=unit.operand_bits,
+        fraction_bits=unit.fraction_bits,
+        angle_bits=unit.angle_bits,
+        tolerance=math.ceil(largest_gap(sequence, unit.fraction_bits, unit.angle_bits)),
+    )

@@ -1,5 +1,7 @@
 """Number formats outside the units: how a value becomes a word, and a word a value.
 
+A number system is what a target has; it gives every value, and every constant, its number format.
+
 A word array is a NumPy array of the format's own type.  Every format has one invalid word, which
 decodes to NaN; a value that leaves the format becomes invalid, never a quiet number.
 """
@@ -7,10 +9,10 @@ decodes to NaN; a value that leaves the format becomes invalid, never a quiet nu
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ PI_SLACK = 2.0**-24
 
 
 class NumberFormat(Protocol):
-    """What a unit, a simulator and a plan need to know of a number format."""
+    """How the words of one value stand for numbers."""
 
     @property
     def width_bits(self) -> int:
@@ -38,20 +40,52 @@ class NumberFormat(Protocol):
     def decode(self, words: Word) -> FloatArray:
         """Return the exact values of words, NaN for the invalid word."""
 
-    def constant(self, number: Fraction) -> Word:
-        """Return the word nearest to a number, ties to even.
+
+class Signal(NamedTuple):
+    """Words and the format in which they are to be read."""
+
+    words: Word
+    format: NumberFormat
+
+    @property
+    def values(self) -> FloatArray:
+        """The exact values, NaN where a word is invalid."""
+        return self.format.decode(self.words)
+
+
+class NumberSystem(Protocol):
+    """The number formats of a target: of values, of constants, and arithmetic on them."""
+
+    @property
+    def operand_bits(self) -> int:
+        """The most significant bits that a word has."""
+
+    def format(self, spec: Mapping[str, Any] | None) -> NumberFormat:
+        """Return the format that a plan states for a value, None where it states none.
+
+        Raises ValueError.
+        """
+
+    def constant_text(self, number: Fraction) -> str:
+        """Return the shortest decimal text that `constant` reads as the word nearest to a number.
 
         Raises OverflowError beyond the range, and for a non-zero number too small to keep all its bits.
         """
 
-    def constant_text(self, number: Fraction) -> str:
-        """Return the shortest decimal text that reads back as `constant(number)`; raises as it does."""
+    def constant(self, text: str) -> Signal:
+        """Return the word of a decimal text, ties to even.  Raises ValueError or OverflowError."""
 
-    def parse_constant(self, text: str) -> Word:
-        """Return the word of a decimal text.  Raises ValueError or OverflowError."""
+    def calculate(
+        self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
+    ) -> Word:
+        """Execute an operation of adders, multipliers and sign logic, rounding its exact result once.
+
+        A factor among the parameters is the text of a constant.  An invalid operand makes the result
+        invalid.  Raises ValueError for an unknown operation.
+        """
 
     def spec(self) -> dict[str, Any]:
-        """Return the plain data from which `format_from_spec` builds this format."""
+        """Return the plain data from which `system_from_spec` builds this system."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,38 +113,11 @@ class IeeeSingle:
         """Return the words as float64, exactly."""
         return np.asarray(words, dtype=np.float32).astype(np.float64)
 
-    def constant(self, number: Fraction) -> Word:
-        """Round a rational once, ties to even.  Raises OverflowError."""
-        return np.asarray(_nearest_single(number))
-
-    def constant_text(self, number: Fraction) -> str:
-        """Return the shortest text, such as `0.1` or `1e-20`."""
-        return str(_nearest_single(number))
-
-    def parse_constant(self, text: str) -> Word:
-        """Read a decimal text.  Raises ValueError, or OverflowError beyond the format."""
-        if len(text) > _LONGEST_TEXT or "/" in text:
-            raise ValueError(f"not a decimal constant: {text[:_LONGEST_TEXT]!r}")
-        _, _, exponent = text.lower().partition("e")
-        if exponent and abs(int(exponent)) > _LARGEST_TEXT_EXPONENT:
-            raise OverflowError(f"the constant {text} is outside IEEE single")
-        return self.constant(Fraction(text))
-
-    def spec(self) -> dict[str, Any]:
-        """Return the plain-data form."""
-        return {"kind": "ieee-single"}
-
 
 SINGLE_PI = np.uint32(0x40490FDA).view(np.float32)
 """The largest single-precision number that is at most pi."""
 
 SINGLE = IeeeSingle()
-
-_LONGEST_TEXT = 200
-_LARGEST_TEXT_EXPONENT = 1000
-_LARGEST_SINGLE = Fraction(2**24 - 1) * 2**104
-_OVERFLOW_FROM = Fraction(2**25 - 1) * 2**103
-_SMALLEST_NORMAL = 2.0**-126
 
 
 def _without_infinities(words: Word) -> Word:
@@ -119,28 +126,3 @@ def _without_infinities(words: Word) -> Word:
     if infinite.any():
         words = np.where(infinite, np.float32(np.nan), words)
     return words
-
-
-def _nearest_single(number: Fraction) -> np.float32:
-    magnitude = abs(number)
-    if magnitude >= _OVERFLOW_FROM:
-        raise OverflowError("the constant is outside IEEE single")
-    if magnitude == 0:
-        return np.float32(0)
-    exponent = magnitude.numerator.bit_length() - magnitude.denominator.bit_length()
-    if magnitude < Fraction(2) ** exponent:
-        exponent -= 1
-    mantissa = round(magnitude / Fraction(2) ** (exponent - 23))
-    value = math.ldexp(mantissa, exponent - 23)
-    if value < _SMALLEST_NORMAL:
-        raise OverflowError("the constant is too small for IEEE single, whose least normal number is 1.2e-38")
-    return np.float32(-value if number < 0 else value)
-
-
-def format_from_spec(spec: Mapping[str, Any]) -> NumberFormat:
-    """Build a format from its plain-data form.  Raises ValueError."""
-    if not isinstance(spec, Mapping) or set(spec) != {"kind"}:
-        raise ValueError("the number format needs a 'kind' and nothing else")
-    if spec["kind"] != "ieee-single":
-        raise ValueError(f"unknown number format {spec['kind']!r} (known: ieee-single)")
-    return SINGLE

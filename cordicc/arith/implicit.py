@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.blocks import (
-    MANTISSA_BITS,
     ZERO_EXPONENT,
     Int64,
     Scaled,
@@ -25,13 +24,10 @@ from cordicc.arith.blocks import (
 )
 from cordicc.arith.formats import FloatArray
 from cordicc.arith.kernels import Integers, quarter_turn
-from cordicc.arith.reduction import ANGLE_BITS, compensated, ln2_multiple, sum_and_difference
+from cordicc.arith.reduction import compensated, ln2_multiple, sum_and_difference
 from cordicc.arith.sequences import StepTable, pi_fixed
 
 Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
-
-TOLERANCE = 32
-"""Largest |y - C| at the end of a solved equation, in internal units (2^-29 of the block)."""
 
 _LOG_BITS = 8
 _GUARD_BITS = 8
@@ -39,16 +35,25 @@ _GUARD_BITS = 8
 
 @dataclass(frozen=True, slots=True)
 class ImplicitTable:
-    """A kernel, its constants, and whether it needs the first turn by +-90 degrees."""
+    """A kernel, its constants, whether it needs the first turn by +-90 degrees, and the unit's widths.
+
+    `tolerance` is the largest |y - C| at the end of a solved equation, in units of the block's last place.
+    """
 
     kernel: Kernel
     steps: StepTable
     quarter_turns: bool
+    operand_bits: int
+    fraction_bits: int
+    angle_bits: int
+    tolerance: int
+
+    def unpack(self, values: FloatArray) -> Scaled:
+        """Return operands as mantissas."""
+        return unpack(values, self.operand_bits)
 
 
-def circular(
-    branch: str, operands: list[FloatArray], table: ImplicitTable, fraction_bits: int
-) -> tuple[FloatArray, FloatArray]:
+def circular(branch: str, operands: list[FloatArray], table: ImplicitTable) -> tuple[FloatArray, FloatArray]:
     """Return t = atan2(A, B) +- acos(C/R) in (-2 pi, 2 pi], not wrapped, and sqrt(R^2 - C^2).
 
     Branch "-" has x >= 0 at the end.  With psi the angle of (A, B), t is the target angle less psi, up to
@@ -56,8 +61,9 @@ def circular(
     formula's own value.  Branch "+" is the mirror image: -A for A and -t for t.
     """
     A, B, C = operands
-    half_turn = pi_fixed(ANGLE_BITS)
-    (x, y, target), exponent = joined((unpack(A), unpack(B), unpack(C)), fraction_bits)
+    half_turn = pi_fixed(table.angle_bits)
+    block = (table.unpack(A), table.unpack(B), table.unpack(C))
+    (x, y, target), exponent = joined(block, table.operand_bits, table.fraction_bits)
     if branch == "+":
         np.negative(x, out=x)
         # A = 0 > B must give atan2(0, B) = +pi, which the mirror image would turn into -pi.
@@ -80,13 +86,13 @@ def circular(
     )
     if branch == "+":
         z = -z
-    solved = np.abs(y - target) <= TOLERANCE
+    solved = np.abs(y - target) <= table.tolerance
     solved &= (A != 0) | (B != 0)
-    return _results(solved, z, Scaled(x, exponent), table.steps)
+    return _results(solved, z, Scaled(x, exponent), table)
 
 
 def hyperbolic(
-    branch: str, operands: list[FloatArray], table: ImplicitTable, fraction_bits: int
+    branch: str, operands: list[FloatArray], table: ImplicitTable
 ) -> tuple[FloatArray, FloatArray]:
     """Return t with B cosh t + A sinh t = C, and sqrt(A^2 - B^2 + C^2).
 
@@ -98,8 +104,8 @@ def hyperbolic(
     """
     A, B, C = operands
     negated = np.where(C < 0, -1, 1)
-    a, b, c = unpack(A * negated), unpack(B * negated), unpack(C * negated)
-    p, q = sum_and_difference(b, a, fraction_bits)  # twice p and q of the docstring
+    a, b, c = table.unpack(A * negated), table.unpack(B * negated), table.unpack(C * negated)
+    p, q = sum_and_difference(b, a, table.operand_bits, table.fraction_bits)  # twice p and q of the docstring
     p_positive, q_positive = p.mantissa > 0, q.mantissa > 0
     both = p_positive & q_positive
     mirrored = ~p_positive if branch != "-" else ~p_positive | q_positive
@@ -111,21 +117,21 @@ def hyperbolic(
     p = Scaled(p.mantissa, p.exponent + doublings)
     q = Scaled(q.mantissa, np.where(q.mantissa == 0, ZERO_EXPONENT, q.exponent - doublings))
     twice_c = Scaled(c.mantissa, c.exponent + 1)
-    x, y, target, exponent = _vector_of(p, q, twice_c, fraction_bits)
+    x, y, target, exponent = _vector_of(p, q, twice_c, table)
     x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps)
-    z += ln2_multiple(doublings)
+    z += ln2_multiple(doublings, table.angle_bits)
     z *= np.where(mirrored, -1, 1)
-    possible &= np.abs(y - target) <= TOLERANCE
+    possible &= np.abs(y - target) <= table.tolerance
     possible &= (c.mantissa != 0) | (q.mantissa != 0)
-    return _results(possible, z, Scaled(x, exponent - 1), table.steps)
+    return _results(possible, z, Scaled(x, exponent - 1), table)
 
 
 def _results(
-    solved: NDArray[np.bool_], angle: Int64, rest: Scaled, steps: StepTable
+    solved: NDArray[np.bool_], angle: Int64, rest: Scaled, table: ImplicitTable
 ) -> tuple[FloatArray, FloatArray]:
     mantissa = np.maximum(rest.mantissa, 0)
-    root = to_float(compensated(mantissa, rest.exponent, steps))
-    radians = np.ldexp(angle.astype(np.float64), -ANGLE_BITS)
+    root = to_float(compensated(mantissa, rest.exponent, table.steps))
+    radians = np.ldexp(angle.astype(np.float64), -table.angle_bits)
     return np.where(solved, radians, np.nan), np.where(solved, root, np.nan)
 
 
@@ -151,9 +157,10 @@ def _log2(number: Scaled) -> Int64:
     return ((top.exponent + _LOG_BITS) << _LOG_BITS) + top.mantissa - (1 << _LOG_BITS)
 
 
-def _vector_of(p: Scaled, q: Scaled, c: Scaled, bits: int) -> tuple[Int64, Int64, Int64, Int64]:
-    """Return (p - q, p + q, c) as a block below 1 with `bits` fraction bits, and the block's exponent."""
-    sizes = [p.exponent + bits, q.exponent + bits, c.exponent + MANTISSA_BITS]
+def _vector_of(p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64, Int64, Int64, Int64]:
+    """Return (p - q, p + q, c) as a block below 1 with the unit's fraction bits, and its exponent."""
+    bits = table.fraction_bits
+    sizes = [p.exponent + bits, q.exponent + bits, c.exponent + table.operand_bits]
     largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2])
     wide = largest - (bits + _GUARD_BITS)
     first, second, target = (shifted(n.mantissa, wide - n.exponent) for n in (p, q, c))

@@ -6,8 +6,8 @@ return new arrays.  Every shift rounds half up: half of the last place is added 
 shift.  sgn(0) = +1 throughout.
 
 Width: a coordinate never exceeds the start's norm times the gain (below 4, if the start's components
-are at most 1) plus one unit a step, so 29 fraction bits need 32-bit mantissas; the product in
-`_scaled` is then below 2^61.  The rule of the implicit kernels and its proof are in the comments there.
+are at most 1) plus one unit a step, so 29 fraction bits need 32-bit mantissas.  In int64 coordinates may
+reach 2^44 (`COORDINATE_BITS`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.sequences import FACTOR_BITS, StepTable
+from cordicc.arith.sequences import COORDINATE_BITS, FACTOR_BITS, StepTable
 
 Integers = NDArray[Any]
 
@@ -26,13 +26,54 @@ def shift_round(value: Integers, shift: int) -> Integers:
     """Return value / 2^shift rounded half up, in a new array."""
     if shift <= 0:
         return value << -shift
+    if shift > 63 and value.dtype != object:  # every int64 is at most half of 2^64 in magnitude
+        return np.zeros_like(value)
     result = value + (1 << (shift - 1))
     result >>= shift
     return result
 
 
-def _sign(value: Integers) -> Integers:
-    """Return -1 where value < 0, else +1, as integers of the same type."""
+def multiply_round(value: Integers, constant: int, shift: int, value_bits: int = COORDINATE_BITS) -> Integers:
+    """Return value * constant / 2^shift rounded half up, in a new array.
+
+    Exact on Python integers of any size, and in int64 where |value| <= 2^value_bits although the product
+    may not fit: it is then formed limb by limb, with limbs so narrow that each partial product does fit.
+    `value_bits` decides on the number of limbs, never on the result.
+
+    Raises:
+        ValueError: in int64, for |constant| >= 2^61 or a shift outside 1 to 62, or so much below
+            `value_bits` that the lower limbs alone need more.
+    """
+    if value.dtype == object:
+        return shift_round(value * constant, shift)
+    constant_bits = constant.bit_length()  # of the magnitude
+    if value_bits + constant_bits < shift:  # the quotient is below a half
+        return np.zeros_like(value)
+    # With value = high 2^k + low, 0 <= low < 2^k and k <= shift,
+    #   floor((value c + half) / 2^shift) = floor((high c + floor((low c + half) / 2^k)) / 2^(shift - k)),
+    # for floor(floor(u / 2^k) / 2^j) = floor(u / 2^(k + j)) and high c is an integer.  Repeated on `high`.
+    # With |c| < 2^(62 - k), |low c| < 2^62 and half <= 2^61, so every sum is below 2^63.
+    room = max(1, 62 - constant_bits)
+    excess = max(0, value_bits - room)
+    lower_limbs = -(-excess // room)
+    limb_bits = -(-excess // max(1, lower_limbs))
+    if constant_bits > 61 or not 1 <= shift <= 62 or lower_limbs * limb_bits > shift:
+        raise ValueError(f"{value_bits}-bit values times {constant} / 2^{shift} do not fit int64")
+    if not lower_limbs:
+        return shift_round(value * constant, shift)
+    high, carry = value, np.full_like(value, 1 << (shift - 1))
+    for _ in range(lower_limbs):
+        carry += (high & ((1 << limb_bits) - 1)) * constant
+        carry >>= limb_bits
+        high = high >> limb_bits
+    high = high * constant
+    high += carry
+    high >>= shift - lower_limbs * limb_bits
+    return high
+
+
+def sign(value: Integers) -> Integers:
+    """Return -1 where value < 0, else +1: sgn(0) = +1; as integers of the same type."""
     return np.where(value < 0, -1, 1).astype(value.dtype, copy=False)
 
 
@@ -40,7 +81,7 @@ def rotate(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Int
     """Turn (x, y) by z: Walther's rotation mode, z driven to 0 (vector stretched by the gain)."""
     x, y, z = x.copy(), y.copy(), z.copy()
     for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = _sign(z)
+        direction = sign(z)
         _turn(table.m, x, y, direction, shift)
         direction *= angle
         z -= direction
@@ -51,7 +92,7 @@ def vector(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Int
     """Turn (x, y), x >= 0, until y = 0: Walther's vectoring mode; z gains the angle of (x, y)."""
     x, y, z = x.copy(), y.copy(), z.copy()
     for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = _sign(~y)  # -sgn(y), with sgn(0) = +1
+        direction = sign(~y)  # -sgn(y), with sgn(0) = +1
         _turn(table.m, x, y, direction, shift)
         direction *= angle
         z -= direction
@@ -78,7 +119,11 @@ def implicit(
     """Turn (x, y) until y is the target and x >= 0, by standard micro-rotations.
 
     The target is scaled by each step's true gain, so every comparison is with the true norm.  Circular:
-    the remaining angle must be within the sum of the angles (99.9 degrees); see `quarter_turn`.
+    the remaining angle must be within the sum of the angles (99.9 degrees); see `quarter_turn`.  Hyperbolic:
+    within `table.domain`, and x >= |y| or |y| > |x|; of two solutions it is the one with x >= 0, and the
+    other is the mirror image, from -x with -z.  How far y ends from the target where there is a solution
+    is proven in `cordicc.arith.bounds` (circular) and `cordicc.arith.hyperbolic_bounds`; elsewhere it is
+    farther, by which a unit knows that there is none.
 
     Returns:
         x, y, the scaled target, and z plus the angle turned.
@@ -88,7 +133,7 @@ def implicit(
         direction = _towards(table.m, x, y, target)
         _turn(table.m, x, y, direction, shift)
         if factor:
-            target += shift_round(target * factor, FACTOR_BITS)
+            target += multiply_round(target, factor, FACTOR_BITS, table.coordinate_bits)
         direction *= angle
         z += direction
     return x, y, target, z
@@ -133,7 +178,7 @@ def _towards(m: int, x: Integers, y: Integers, target: Integers) -> Integers:
     the hyperbola.
     """
     back = ~y if m > 0 else y
-    return _sign(np.where(x < 0, back, target - y))
+    return sign(np.where(x < 0, back, target - y))
 
 
 def quarter_turn(

@@ -70,7 +70,9 @@ class StepTable:
     """The constants of a kernel as integers.
 
     `angles` have `angle_bits` fraction bits; `target_factors` are sqrt(1 + m 2^-2S) - 1, with
-    `FACTOR_BITS` fraction bits; `inverse_gain` is 1/gain with `GAIN_BITS` fraction bits.
+    `FACTOR_BITS` fraction bits.  Every coordinate of a kernel in int64 stays within +-2^`coordinate_bits`;
+    this saves work and changes no result.  `inverse_gain` is 1/gain with one fraction bit more than that.
+    `eta` are the scaling digits of a sequence that has them.
     """
 
     m: int
@@ -78,10 +80,19 @@ class StepTable:
     angles: tuple[int, ...]
     target_factors: tuple[int, ...]
     inverse_gain: int
+    coordinate_bits: int
+    eta: tuple[int, ...] = ()
+
+    @property
+    def domain(self) -> int:
+        """The largest |z| driven to 0, in units of the angles: their sum plus the last."""
+        return sum(self.angles) + self.angles[-1]
 
 
-FACTOR_BITS = 30
-GAIN_BITS = 30
+FACTOR_BITS = 44
+
+COORDINATE_BITS = 44
+"""Coordinates of kernels in int64 are at most 2^44 in magnitude: 40 fraction bits, and growth below 16."""
 
 
 def circular_shifts(count: int) -> tuple[int, ...]:
@@ -129,6 +140,7 @@ def shipped(iterations: int = 30) -> tuple[Sequence, ...]:
     return (*walther, root_free(1, iterations), root_free(-1, iterations), krieger96())
 
 
+@cache
 def exact_angle(m: int, shift: int, double: bool) -> Any:
     """Return the angle of one micro-rotation as a 160-bit number."""
     h = _mp.ldexp(_mp.mpf(1), -shift)
@@ -136,6 +148,7 @@ def exact_angle(m: int, shift: int, double: bool) -> Any:
     return 2 * angle if double else angle
 
 
+@cache
 def exact_gain(sequence: Sequence) -> Any:
     """Return the product of the stretch factors as a 160-bit number."""
     gain = _mp.mpf(1)
@@ -159,13 +172,21 @@ def fixed(value: Any, fraction_bits: int) -> int:
 
 
 @cache
-def step_table(sequence: Sequence, angle_bits: int) -> StepTable:
-    """Return the integer constants of a sequence for a kernel."""
+def _target_factor(m: int, shift: int) -> int:
+    return fixed(_mp.sqrt(1 + m * _mp.ldexp(_mp.mpf(1), -2 * shift)) - 1, FACTOR_BITS)
+
+
+@cache
+def step_table(sequence: Sequence, angle_bits: int, coordinate_bits: int = COORDINATE_BITS) -> StepTable:
+    """Return the integer constants of a sequence for a kernel.
+
+    `coordinate_bits` bounds the coordinates, as `StepTable` says, growth by the gain included.
+    """
     m = sequence.m
-    one = _mp.mpf(1)
-    factors = tuple(fixed(_mp.sqrt(1 + m * _mp.ldexp(one, -2 * s)) - 1, FACTOR_BITS) for s in sequence.shifts)
+    factors = tuple(_target_factor(m, shift) for shift in sequence.shifts)
     angles = tuple(fixed(exact_angle(m, s, sequence.root_free), angle_bits) for s in sequence.shifts)
-    return StepTable(m, sequence.shifts, angles, factors, fixed(1 / exact_gain(sequence), GAIN_BITS))
+    inverse_gain = fixed(1 / exact_gain(sequence), coordinate_bits + 1)
+    return StepTable(m, sequence.shifts, angles, factors, inverse_gain, coordinate_bits, sequence.eta)
 
 
 @cache

@@ -49,12 +49,16 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The state from which the iterations start, what was done to reach it, and the iterations."""
+    """The state from which the iterations start, what was done to reach it, and the iterations.
+
+    `mirrored`: the rule has run on -x and -z, which the states give as x and z.
+    """
 
     start: State
     rows: tuple[Row, ...]
     preparation: str = ""
     negated: bool = False
+    mirrored: bool = False
 
     @property
     def end(self) -> State:
@@ -107,7 +111,7 @@ def implicit(sequence: Sequence, start: State, branch: str) -> Run:
     if not mirrored:
         return run
     rows = tuple(replace(row, state=_mirror(row.state)) for row in run.rows)
-    return replace(run, start=_mirror(run.start), rows=rows)
+    return replace(run, start=_mirror(run.start), rows=rows, mirrored=True)
 
 
 def _mirror(state: State) -> State:

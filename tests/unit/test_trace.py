@@ -169,6 +169,34 @@ def test_tables(case: str, golden) -> None:
         assert value == pytest.approx(exact, abs=6e-5)
 
 
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("bits", [16, 40])
+def test_fixed_point_follows_every_row(case: str, bits: int) -> None:
+    """The kernels decide as the exact iterations do, so each row is off by its roundings only."""
+    arguments = [*CASES[case], "--iterations", "14"]
+    exact, both = invoke(*arguments).stdout, invoke(*arguments, "--bits", bits).stdout
+    table = both.removeprefix(exact)
+    assert f"units of 2^-{bits}" in table
+    lines = [line.split() for line in table.splitlines()[3:]]
+    assert [line[0] for line in lines] == ["i", *map(str, range(15))]
+    assert max(float(line[-1]) for line in lines[2:]) <= 14
+
+
+@pytest.mark.parametrize("start", [(-3, 4), (3, -4), (-3, -4), (0, 1), (-1, 0)])
+@pytest.mark.parametrize("sequence", ["standard", "root-free", "krieger96"])
+def test_fixed_point_vectoring_in_every_quadrant(start: tuple[int, int], sequence: str) -> None:
+    x, y = start
+    result = invoke("vectoring", "--x", x, "--y", y, "--sequence", sequence, "--bits", 30)
+    assert float(result.stdout.split()[-1]) <= 60
+
+
+def test_fixed_point_table(golden) -> None:
+    result = invoke(*TABLES[3][1], "--sequence", "krieger96", "--bits", 24)
+    golden("trace/table3.bits.txt", result.stdout)
+    mirrored = invoke("implicit", "--x", -1, "--y", 2, "--target", 0.5, "--branch", "+", "--bits", 12)
+    golden("trace/implicit.mirrored.bits.txt", mirrored.stdout)
+
+
 NUMBERS = st.integers(-1000, 1000)
 TURNS = st.integers(-1000, 1000)
 

@@ -1,0 +1,43 @@
+"""What adders, selectors and sign logic do, on floating-point numbers or on integers of one scale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+def _chosen(s: Array, a: Array, b: Array) -> Array:
+    return np.where(s >= 0, a, b)
+
+
+EXACT: dict[str, Callable[..., Array]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "neg": lambda a: -a,
+    "abs": np.abs,
+    "min": np.minimum,
+    "max": np.maximum,
+    "flip": lambda a, s: _chosen(s, a, -a),
+    "select": _chosen,
+    "guard": lambda a, s: a,
+}
+"""Operations by name; what `guard` keeps is told by `kept`."""
+
+_CONDITIONS: dict[object, Callable[[Array], NDArray[np.bool_]]] = {
+    "any": lambda s: np.ones(s.shape, dtype=bool),
+    "nonzero": lambda s: s != 0,
+    "nonnegative": lambda s: s >= 0,
+    "positive": lambda s: s > 0,
+}
+
+
+def kept(condition: object, s: Array) -> NDArray[np.bool_]:
+    """Return where a guard's condition holds.  Raises ValueError for an unknown one."""
+    if condition not in _CONDITIONS:
+        raise ValueError(f"unknown guard condition {condition!r}")
+    return np.asarray(_CONDITIONS[condition](s), dtype=bool)
