@@ -16,6 +16,7 @@ from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
 from cordicc.files import read_text
 from cordicc.ir.problem import Problem
+from cordicc.observation import machine_of
 from cordicc.plan import Plan as PlanData
 from cordicc.plan_json import dump, parse
 from cordicc.schedule.assemble import Limits
@@ -48,7 +49,7 @@ class Plan(PlanData):
         """
         run = cycle_run.run if cycle_accurate else functional_run.run
         arrays = self._arrays(inputs)
-        return run(self, pipeline.machine_of(self), arrays)
+        return run(self, machine_of(self), arrays)
 
     def _arrays(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.float64]]:
         names = [item["name"] for item in self.problem["inputs"]]
@@ -88,7 +89,8 @@ def compile(
 
 def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
     """Read a problem file and return it with its warnings; raises InvalidInput with all its errors."""
-    return pipeline.read_problem(Path(problem))
+    loaded = pipeline.read_problem(Path(problem))
+    return loaded.problem, list(loaded.warnings)
 
 
 def load_plan(path: str | Path) -> Plan:

@@ -48,16 +48,22 @@ def input_intervals(problem: Problem) -> dict[str, Interval]:
     }
 
 
+def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
+    """Return random inputs and corners of the ranges besides, or rows of the problem's own samples."""
+    samples = sampling.draw(problem_data(problem, []), count, 0)
+    if problem.samples is not None:
+        return samples
+    corners = _corners(problem)
+    return {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
+
+
 def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     """Look for inputs outside the domain of the equations, at random and at the corners of the ranges.
 
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
-    samples = sampling.draw(problem_data(problem, []), _within(_WORK, problem.graph, _DOMAIN_SAMPLES), 0)
-    if problem.samples is None:
-        corners = _corners(problem)
-        samples = {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
+    samples = input_samples(problem, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
     _check_hyperbolic_case(problem, source, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [

@@ -160,9 +160,9 @@ def simulate(
     cordicc simulate build/planar-2r/plan.json --random 1000
     cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
     """  # noqa: D301
-    from cordicc import pipeline
     from cordicc.emulate.sampling import draw, read_csv, write_csv
     from cordicc.files import read_text
+    from cordicc.observation import DEFAULT_SAMPLES, compare
     from cordicc.summary import comparison_json, comparison_text
 
     if inputs is not None and count is not None:
@@ -173,11 +173,11 @@ def simulate(
         samples, warnings = read_csv(read_text(inputs, 1 << 30), str(inputs), names)
         _tell(warnings)
     else:
-        samples = draw(loaded.problem, count or pipeline.DEFAULT_SAMPLES, seed)
+        samples = draw(loaded.problem, count or DEFAULT_SAMPLES, seed)
     results = loaded.simulate(samples, cycle_accurate=cycle_accurate)
     if outputs is not None:
         _write_or_print(outputs, write_csv(results))
-    comparison = pipeline.compare(loaded, samples, results)
+    comparison = compare(loaded, samples, results)
     text = (comparison_json if as_json else comparison_text)(loaded, comparison)
     click.echo(text, nl=False, err=str(outputs) == "-")
 

@@ -7,19 +7,20 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cordicc.arith.machine import Arithmetic
+from cordicc.arith.fixed_system import FixedSystem
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
 from cordicc.checks import check_domain, check_meaning, input_intervals
-from cordicc.diagnostics import Diagnostic, InvalidInput, Severity, Unattainable
-from cordicc.emulate import accuracy, sampling
+from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.lost import first_invalid
-from cordicc.frontend.load import load_problem
-from cordicc.ir.graph import Graph
+from cordicc.emulate import sampling
+from cordicc.frontend.load import LoadedProblem, load_problem
+from cordicc.guard_bits import fewest_guard_bits
+from cordicc.ir.graph import Graph, Value
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph
 from cordicc.ir.verify import verify as verify_graph
+from cordicc.observation import DEFAULT_SEED, machine_of, observe
 from cordicc.plan import Plan
 from cordicc.plan_check import check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
@@ -29,9 +30,8 @@ from cordicc.rewrite.passes import default_passes
 from cordicc.schedule.assemble import Limits, assemble
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
+from cordicc.word_lengths import formats, magnitudes
 
-DEFAULT_SAMPLES = 10_000
-DEFAULT_SEED = 0
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
 
@@ -55,11 +55,10 @@ class Compiled:
     warnings: tuple[Diagnostic, ...]
 
 
-def read_problem(path: Path) -> tuple[Problem, list[Diagnostic]]:
+def read_problem(path: Path) -> LoadedProblem:
     """Read a problem and look for inputs outside the domain; the first stage, and all of `check`."""
     loaded = load_problem(path)
-    problem = loaded.problem
-    return problem, [*loaded.warnings, *check_domain(problem, loaded.source)]
+    return replace(loaded, warnings=(*loaded.warnings, *check_domain(loaded.problem, loaded.source)))
 
 
 def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
@@ -83,21 +82,50 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
 def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
     """Compile a problem file without running the plan: `compile_file` without accuracy figures."""
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
-    problem, warnings = read_problem(path)
+    loaded = read_problem(path)
     target = load_target(options.target)
     # Rewriting is free of the target but for one question: are there implicit CAUs?
     implicit = _implicit_allowed(options.units, target)
-    graph = rewrite(problem, implicit=implicit, goal=options.limits.minimize, watch=watch)
+    graph = rewrite(loaded.problem, implicit=implicit, goal=options.limits.minimize, watch=watch)
+    if isinstance(target.machine().system, FixedSystem):
+        return _fixed_point_plan(path, loaded, graph, target, options)
+    record = problem_data(loaded.problem, loaded.warnings)
+    return Compiled(_scheduled(path, graph, target, options, record, {}), tuple(loaded.warnings))
+
+
+def _fixed_point_plan(
+    path: Path, loaded: LoadedProblem, graph: Graph, target: Target, options: Options
+) -> Compiled:
+    """Choose a binary point for every value, and as many guard bits as the accuracy needs."""
+    held = magnitudes(loaded.problem, loaded.source, graph)
+    warnings = (*loaded.warnings, *held.warnings)
+    record = problem_data(loaded.problem, warnings)
+
+    def plan_for(target: Target) -> Plan:
+        system = target.machine().system
+        assert isinstance(system, FixedSystem)
+        return _scheduled(path, graph, target, options, record, formats(held, graph, system))
+
+    if not target.guard_is_open:
+        return Compiled(plan_for(target), warnings)
+    plan = fewest_guard_bits(record, lambda guard: plan_for(load_target(options.target, guard)))
+    return Compiled(plan, warnings)
+
+
+def _scheduled(
+    path: Path,
+    graph: Graph,
+    target: Target,
+    options: Options,
+    record: Mapping[str, Any],
+    formats: Mapping[Value | str, dict[str, int]],
+) -> Plan:
     # Scheduling sees unit operations with their latencies only.
     plan = assemble(
-        graph,
-        target,
-        options.limits,
-        problem=problem_data(problem, warnings),
-        options=_recorded(path, options),
+        graph, target, options.limits, problem=record, options=_recorded(path, options), formats=formats
     )
     verify_plan(plan)
-    return Compiled(plan, tuple(warnings))
+    return plan
 
 
 def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None = None) -> Graph:
@@ -152,60 +180,6 @@ def _recorded(path: Path, options: Options) -> dict[str, Any]:
         "max_processors": limits.max_processors,
         "max_latency": limits.max_latency,
     }
-
-
-def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
-    """Run a plan on the default samples and record the errors that were seen.
-
-    Raises:
-        Unattainable: no sample that the equations can do survives in the target's number format.
-    """
-    inputs = sampling.draw(plan.problem, DEFAULT_SAMPLES, DEFAULT_SEED)
-    outputs = functional_run.run(plan, machine_of(plan), inputs)
-    comparison = compare(plan, inputs, outputs)
-    figures = {
-        name: {"bound": None, "observed": {"max": seen.max, "rms": seen.rms}}
-        for name, seen in comparison.observed.items()
-    }
-    warnings = []
-    if comparison.lost_at is not None:
-        lost = _lost(plan, inputs, comparison)
-        if not comparison.valid:
-            raise Unattainable([lost])
-        warnings.append(lost)
-    problem = {
-        **plan.problem,
-        "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
-    }
-    return replace(plan, accuracy=figures, problem=problem), warnings
-
-
-def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison) -> Diagnostic:
-    """Return the finding that samples leave the number format, with the first one and where it does."""
-    assert comparison.lost_at is not None
-    sample = {name: float(column[comparison.lost_at]) for name, column in inputs.items()}
-    operation = first_invalid(plan, machine_of(plan), sample)
-    where = "" if operation is None else f": {operation.mode} in the equation of '{operation.equation}'"
-    message = (
-        f"{comparison.lost} of {comparison.samples} samples that the equations can do "
-        f"leave the number format or the domain of a unit{where}"
-    )
-    example = "for example " + ", ".join(f"{name} = {number:.6g}" for name, number in sample.items())
-    if comparison.valid:
-        return Diagnostic("W410", message, None, f"they are marked invalid; {example}", Severity.WARNING)
-    return Diagnostic("E410", message, None, f"narrow the input ranges, or use other units; {example}")
-
-
-def machine_of(plan: Plan) -> Arithmetic:
-    """Return the arithmetic that a plan was made for."""
-    return Arithmetic.from_spec(plan.target["arithmetic"])
-
-
-def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> accuracy.Comparison:
-    """Compare simulated outputs with the equations as written."""
-    program = parse_graph(plan.problem["program"], "plan.json")
-    angles = {output["name"]: output["angle"] for output in plan.problem["outputs"]}
-    return accuracy.compare(program, angles, inputs, outputs)
 
 
 def check_plan(plan: Plan, name: str) -> Plan:

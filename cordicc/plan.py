@@ -13,12 +13,27 @@ VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
+class ControlWord:
+    """What a shared unit does in a slot: the operation, and the multiplexer input of each of its ports."""
+
+    slot: int
+    operation: str
+    select: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Unit:
-    """A hardware unit; `latency` in cycles."""
+    """A hardware unit; `latency` in cycles.
+
+    Of a unit that several operations share, `inputs` are the sources of each port (`fifo f1`,
+    `input x`, `constant 1/2` or `unit cau1.norm`) and `control` the words of the slots in use.
+    """
 
     id: str
     kind: str
     latency: int
+    inputs: tuple[tuple[str, ...], ...] = ()
+    control: tuple[ControlWord, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +91,17 @@ class Fifo:
 
 
 @dataclass(frozen=True, slots=True)
+class Formats:
+    """The number formats of values and of outputs by name, `width` and `fraction` in bits.
+
+    Empty where the target implies them: every word of a floating-point target is alike.
+    """
+
+    values: dict[str, dict[str, int]] = field(default_factory=dict)
+    outputs: dict[str, dict[str, int]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
     """A complete hardware plan.  The schema of its JSON form explains each field."""
 
@@ -94,6 +120,7 @@ class Plan:
     optimal: dict[str, bool]
     bounds: dict[str, int]
     accuracy: dict[str, Any] = field(default_factory=dict)
+    formats: Formats = field(default_factory=Formats)
 
     @property
     def clock_hz(self) -> float:

@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Source
-from cordicc.plan import FORMAT, VERSION, Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan import FORMAT, VERSION, ControlWord, Fifo, Formats, Operand, Operation, Plan, Unit
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
@@ -41,7 +41,7 @@ def as_dict(plan: Plan) -> dict[str, Any]:
             "cau_cycles": plan.cau_cycles,
         },
         "processors": plan.processors(),
-        "units": [{"id": u.id, "kind": u.kind, "latency": u.latency} for u in plan.units],
+        "units": [_unit(u) for u in plan.units],
         "operations": [_operation(o) for o in plan.operations],
         "fifos": [
             {
@@ -58,8 +58,20 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": plan.optimal,
         "bounds": plan.bounds,
+        "formats": {"values": plan.formats.values, "outputs": plan.formats.outputs},
         "accuracy": plan.accuracy,
     }
+
+
+def _unit(unit: Unit) -> dict[str, Any]:
+    data: dict[str, Any] = {"id": unit.id, "kind": unit.kind, "latency": unit.latency}
+    if unit.control:
+        data["inputs"] = [list(sources) for sources in unit.inputs]
+        data["control"] = [
+            {"slot": word.slot, "operation": word.operation, "select": list(word.select)}
+            for word in unit.control
+        ]
+    return data
 
 
 def _operand(operand: Operand) -> dict[str, str]:
@@ -235,12 +247,21 @@ def _plan(data: dict[str, Any]) -> Plan:
     def operand(item: dict[str, str]) -> Operand:
         return Operand(item.get("value"), item.get("constant"))
 
+    def unit(item: dict[str, Any]) -> Unit:
+        words = (
+            ControlWord(int(w["slot"]), w["operation"], tuple(int(s) for s in w["select"]))
+            for w in item.get("control", ())
+        )
+        inputs = tuple(tuple(sources) for sources in item.get("inputs", ()))
+        return Unit(item["id"], item["kind"], int(item["latency"]), inputs, tuple(words))
+
     # JSON keys are sorted; the problem knows the order in which outputs are delivered.
     order = [output["name"] for output in data["problem"]["outputs"]]
 
     def delivered(items: dict[str, Any]) -> dict[str, Any]:
         return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
 
+    formats = data.get("formats", {"values": {}, "outputs": {}})
     return Plan(
         name=data["name"],
         description=data["description"],
@@ -250,7 +271,7 @@ def _plan(data: dict[str, Any]) -> Plan:
         initiation_interval=int(data["initiation_interval"]),
         latency_cycles=int(data["latency"]["cycles"]),
         cau_cycles=int(data["latency"]["cau_cycles"]),
-        units=tuple(Unit(u["id"], u["kind"], int(u["latency"])) for u in data["units"]),
+        units=tuple(unit(u) for u in data["units"]),
         operations=tuple(
             Operation(
                 id=o["id"],
@@ -275,5 +296,6 @@ def _plan(data: dict[str, Any]) -> Plan:
         outputs={name: operand(item) for name, item in delivered(data["outputs"]).items()},
         optimal=data["optimal"],
         bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
+        formats=Formats(formats["values"], delivered(formats["outputs"])),
         accuracy=delivered(data["accuracy"]),
     )

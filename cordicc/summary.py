@@ -52,6 +52,10 @@ def plan_text(plan: Plan) -> str:
         ("interval", f"{count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
         ("FIFO words", f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
     ]
+    words = plan.target["arithmetic"]["format"]
+    if words["kind"] == "fixed-point":
+        inside = words["width"] + words["guard"]
+        rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
     lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
     return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
 

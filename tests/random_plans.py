@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from cordicc.arith.formats import Signal
 from cordicc.plan import Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
 from cordicc.schedule.problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
@@ -124,25 +125,41 @@ class FakeFormat:
     def decode(self, words: np.ndarray) -> np.ndarray:
         return np.where(words % np.uint64(61) == 0, np.nan, (words >> np.uint64(12)) / 2.0**52)
 
-    def parse_constant(self, text: str) -> np.uint64:
-        return np.uint64(int.from_bytes(hashlib.sha256(text.encode()).digest()[:8]))
+
+class FakeSystem:
+    """The same format for every value and constant."""
+
+    def format(self, spec: Any) -> FakeFormat:
+        assert spec is None
+        return FORMAT
+
+    def constant(self, text: str) -> Signal:
+        return Signal(np.uint64(int.from_bytes(hashlib.sha256(text.encode()).digest()[:8])), FORMAT)
 
 
 class FakeArithmetic:
     """Results that depend on every bit of every operand and on their order."""
 
-    format = FakeFormat()
+    system = FakeSystem()
 
     def execute(
-        self, op: str, params: Mapping[str, Any], kind: str, operands: Sequence[np.ndarray]
-    ) -> tuple[np.ndarray, ...]:
+        self,
+        op: str,
+        params: Mapping[str, Any],
+        kind: str,
+        operands: Sequence[Signal],
+        formats: Sequence[Any],
+    ) -> tuple[Signal, ...]:
         assert op == kind == "mix"
-        assert len({operand.shape for operand in operands}) == 1
-        word = np.full(operands[0].shape, params["salt"], np.uint64)
+        assert len({operand.words.shape for operand in operands}) == 1
+        word = np.full(operands[0].words.shape, params["salt"], np.uint64)
         for operand in operands:
-            word = (word ^ operand) * np.uint64(0x9E3779B97F4A7C15)
+            word = (word ^ operand.words) * np.uint64(0x9E3779B97F4A7C15)
             word ^= word >> np.uint64(29)
-        return tuple(word * np.uint64(2 * k + 1) for k in range(params["results"]))
+        return tuple(Signal(word * np.uint64(2 * k + 1), FORMAT) for k in range(params["results"]))
+
+
+FORMAT = FakeFormat()
 
 
 def samples(flow_inputs: Sequence[str], count: int, seed: int = 0) -> dict[str, np.ndarray]:

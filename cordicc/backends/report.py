@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -40,6 +42,17 @@ class Accuracy:
     rms: str
 
 
+@dataclass(frozen=True, slots=True)
+class WordFormat:
+    """A row of the table of number formats: a value, and how its words are read."""
+
+    value: str
+    width: int
+    fraction: int
+    largest: str
+    ulp: str
+
+
 def render(plan: Plan) -> str:
     """Return the page."""
     environment = Environment(
@@ -67,6 +80,7 @@ def render(plan: Plan) -> str:
         operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
         fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
         words=sum(fifo.depth for fifo in plan.fifos),
+        formats=_formats(plan),
         operand=labels.operand,
         decimal=lambda item: labels.constant(str(item)),
         function=labels.function,
@@ -139,6 +153,18 @@ def _proof(plan: Plan, goal: str, value: int) -> str:
         return "no bound"
     gap = f", gap {(value - bound) / value:.1%}" if value else ""
     return f"not proven optimal; at least {bound}{gap}"
+
+
+def _formats(plan: Plan) -> list[WordFormat]:
+    """Return the formats that the plan states: inputs and results, then outputs."""
+    outputs = {f"output {name}": spec for name, spec in plan.formats.outputs.items()}
+    return [_word_format(name, spec) for name, spec in (plan.formats.values | outputs).items()]
+
+
+def _word_format(name: str, spec: Mapping[str, int]) -> WordFormat:
+    ulp = Fraction(2) ** -spec["fraction"]
+    largest = ((1 << (spec["width"] - 1)) - 1) * ulp
+    return WordFormat(name, spec["width"], spec["fraction"], f"{float(largest):.6g}", f"{float(ulp):.3g}")
 
 
 def _units(plan: Plan) -> list[tuple[str, int, str]]:

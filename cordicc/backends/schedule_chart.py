@@ -1,4 +1,7 @@
-"""The schedule as a chart: a row per unit, a row per delayed value, cycles from left to right."""
+"""The schedule as a chart: a row per unit, a row per delayed value, cycles from left to right.
+
+Where units are shared over time, a modulo reservation chart comes first (`reservation`).
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from dataclasses import dataclass
 
 from cordicc.backends import labels
 from cordicc.backends.diagram import MARGIN, heading, kinds_used
+from cordicc.backends.reservation import draw as draw_reservation
 from cordicc.backends.svg import INK, LOOKS, MUTED, RULE, Look, Svg, fitted, look_of, number, text_width
 from cordicc.plan import Operation, Plan
 
@@ -50,7 +54,11 @@ def render(plan: Plan) -> str:
     values = _value_rows(plan)
     width = left + span * scale + 90
     svg = Svg("sc")
-    top = heading(svg, plan, "Schedule", width) + 34
+    top = heading(svg, plan, "Schedule", width)
+    if plan.initiation_interval > 1:
+        top, widest = draw_reservation(svg, plan, top)
+        width = max(width, widest)
+    top += 34
     height = LANE * sum(len(row.lanes) for row in operations + values) + (28 if values else 0)
     _axes(svg, plan, (left, top, scale), height, span)
     paint = svg.hatch("hatch", LOOKS["fifo"].stroke)

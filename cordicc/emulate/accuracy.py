@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,26 +43,32 @@ class Comparison:
     lost_at: int | None
 
 
-def compare(
-    graph: Graph,
-    angles: Mapping[str, bool],
-    inputs: Mapping[str, NDArray[Any]],
-    outputs: Mapping[str, NDArray[Any]],
-) -> Comparison:
+class Exact(NamedTuple):
+    """What the equations say of samples: the outputs, float64 of shape (n,), and which are defined."""
+
+    outputs: Mapping[str, NDArray[Any]]
+    defined: NDArray[Any]
+
+
+def exact(graph: Graph, inputs: Mapping[str, NDArray[Any]]) -> Exact:
+    """Evaluate the equations as written on samples, float64 of shape (n,), in high precision."""
+    return Exact(*evaluate(graph, inputs))
+
+
+def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]) -> Comparison:
     """Compare simulated outputs with the high-precision evaluation of the equations.
 
     Args:
-        graph: the equations as written.
+        reference: what the equations say of the samples.
         angles: by output, whether errors count modulo 2 pi.
-        inputs: samples, float64 of shape (n,).
         outputs: what the simulation gave for them, and its `valid`.
     """
-    exact, defined = evaluate(graph, inputs)
+    values, defined = reference
     simulated = outputs["valid"].astype(bool)
     both = defined & simulated
     observed = {}
     for name, is_angle in angles.items():
-        error = np.abs(outputs[name][both] - exact[name][both])
+        error = np.abs(outputs[name][both] - values[name][both])
         if is_angle:
             error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
         if error.size:

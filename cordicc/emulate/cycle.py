@@ -16,15 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cordicc.arith.formats import FloatArray, Word
+from cordicc.arith.formats import FloatArray, Signal
 from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Outputs, constant_word, deliver, dependence_order, prepare
+from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, dependence_order, prepare
 from cordicc.plan import Fifo, Operand, Operation, Plan
 
 _LANE_SAMPLES = 32
 _MOST_LANES = 8192
 
-Register = Word | None
+Register = Signal | None
 
 
 class MachineError(Exception):
@@ -76,9 +76,9 @@ def clock(
     for cycle in range(plan.latency_cycles + (steps - 1) * interval + 1):
         step, phase = divmod(cycle, interval)
         fresh = phase == 0 and step < steps
-        arriving = {
-            name: arithmetic.format.encode(array[step]) if fresh else None for name, array in stream.items()
-        }
+        arriving: dict[str, Register] = dict.fromkeys(stream)
+        if fresh:
+            arriving.update(machine.formats.encode({name: array[step] for name, array in stream.items()}))
         yield machine.tick(cycle, arriving)
 
 
@@ -88,10 +88,11 @@ class _Machine:
     def __init__(self, plan: Plan, arithmetic: Arithmetic, steps: int, lanes: int) -> None:
         self._plan = plan
         self._arithmetic = arithmetic
+        self.formats = Formats.of(plan, arithmetic)
         self._steps = steps
         self._order = dependence_order(plan)
         self._latency = {unit.id: unit.latency for unit in plan.units}
-        self._pipelines: dict[str, deque[dict[str, Word] | None]] = {
+        self._pipelines: dict[str, deque[dict[str, Signal] | None]] = {
             unit.id: deque([None] * unit.latency) for unit in plan.units if unit.latency > 0
         }
         self._registers: dict[str, deque[Register]] = {
@@ -103,7 +104,7 @@ class _Machine:
         self._slot = _slots(plan)
         operands = [o for operation in plan.operations for o in operation.operands]
         self._constants = {
-            operand.constant: constant_word(arithmetic, operand, lanes)
+            operand.constant: constant_signal(arithmetic, operand, lanes)
             for operand in (*operands, *plan.outputs.values())
             if operand.constant is not None
         }
@@ -116,7 +117,7 @@ class _Machine:
             done = pipeline.popleft()
             if done is not None:
                 wires.update(done)
-        issued: dict[str, dict[str, Word]] = {}
+        issued: dict[str, dict[str, Signal]] = {}
         for operation in self._order:
             if (cycle - operation.start) % self._plan.initiation_interval == 0:
                 results = self._issue(operation, cycle)
@@ -132,18 +133,18 @@ class _Machine:
         self._shift(cycle)
         return snapshot
 
-    def _issue(self, operation: Operation, cycle: int) -> dict[str, Word] | None:
+    def _issue(self, operation: Operation, cycle: int) -> dict[str, Signal] | None:
         """Return what the operation makes of the operands on its ports, None of a bubble."""
-        words: list[Word] = []
+        signals: list[Signal] = []
         absent: list[str] = []
         values = 0
         for port, operand in zip(operation.ports, operation.operands, strict=True):
-            word = self._read(f"{operation.id}.{port}", operand)
+            signal = self._read(f"{operation.id}.{port}", operand)
             values += operand.value is not None
-            if word is None:
+            if signal is None:
                 absent.append(port)
             else:
-                words.append(word)
+                signals.append(signal)
         if values == 0 and not self._in_stream(cycle - operation.start):
             return None
         if absent:
@@ -152,8 +153,13 @@ class _Machine:
             raise MachineError(
                 f"cycle {cycle}: operands of {operation.id} do not meet, none on {', '.join(absent)}"
             )
-        results = self._arithmetic.execute(operation.op, operation.params, operation.kind, words)
-        return {name: word for name, word in zip(operation.results, results, strict=True) if name is not None}
+        formats = self.formats.of_results(operation)
+        results = self._arithmetic.execute(operation.op, operation.params, operation.kind, signals, formats)
+        return {
+            name: signal
+            for name, signal in zip(operation.results, results, strict=True)
+            if name is not None and signal is not None
+        }
 
     def _leaving(self, cycle: int) -> dict[str, FloatArray]:
         """Return the outputs that leave in this cycle."""
@@ -161,10 +167,10 @@ class _Machine:
             return {}
         found: dict[str, FloatArray] = {}
         for name, operand in self._plan.outputs.items():
-            word = self._read(f"out.{name}", operand)
-            if word is None:
+            signal = self._read(f"out.{name}", operand)
+            if signal is None:
                 raise MachineError(f"cycle {cycle}: output {name} is not there")
-            found[name] = self._arithmetic.format.decode(word)
+            found[name] = self.formats.leaving(name, signal)
         return found
 
     def _in_stream(self, cycles: int) -> bool:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cordicc.arith.formats import Word
+from cordicc.arith.formats import FloatArray, Signal
 from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Outputs, constant_word, deliver, dependence_order, prepare
+from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, dependence_order, prepare
 from cordicc.plan import Operand, Operation, Plan
 
 _BLOCK_SAMPLES = 8192
@@ -25,31 +25,38 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
     """
     samples, in_range = prepare(plan, inputs)
     order = dependence_order(plan)
+    formats = Formats.of(plan, arithmetic)
     outputs = {name: np.empty(in_range.size) for name in plan.outputs}
     for begin in range(0, in_range.size, _BLOCK_SAMPLES):
         block = slice(begin, begin + _BLOCK_SAMPLES)
-        encoded = {name: arithmetic.format.encode(array[block]) for name, array in samples.items()}
-        results = _evaluate(plan, order, arithmetic, encoded, in_range[block].size)
-        for name, word in results.items():
-            outputs[name][block] = arithmetic.format.decode(word)
+        part = {name: array[block] for name, array in samples.items()}
+        for name, numbers in _evaluate(plan, order, arithmetic, formats, part, in_range[block].size).items():
+            outputs[name][block] = numbers
     return deliver(outputs, in_range)
 
 
 def _evaluate(
-    plan: Plan, order: Sequence[Operation], arithmetic: Arithmetic, values: dict[str, Word], length: int
-) -> dict[str, Word]:
-    """Return the words of the outputs."""
-    values = dict(values)
+    plan: Plan,
+    order: Sequence[Operation],
+    arithmetic: Arithmetic,
+    formats: Formats,
+    samples: Mapping[str, FloatArray],
+    length: int,
+) -> dict[str, FloatArray]:
+    """Return the numbers of the outputs."""
+    values = formats.encode(samples)
 
-    def fetch(operand: Operand) -> Word:
+    def fetch(operand: Operand) -> Signal:
         if operand.value is not None:
             return values[operand.value]
-        return constant_word(arithmetic, operand, length)
+        return constant_signal(arithmetic, operand, length)
 
     for operation in order:
         operands = [fetch(operand) for operand in operation.operands]
-        results = arithmetic.execute(operation.op, operation.params, operation.kind, operands)
-        for name, word in zip(operation.results, results, strict=True):
-            if name is not None:
-                values[name] = word
-    return {name: fetch(operand) for name, operand in plan.outputs.items()}
+        results = arithmetic.execute(
+            operation.op, operation.params, operation.kind, operands, formats.of_results(operation)
+        )
+        for name, signal in zip(operation.results, results, strict=True):
+            if name is not None and signal is not None:
+                values[name] = signal
+    return {name: formats.leaving(name, fetch(operand)) for name, operand in plan.outputs.items()}

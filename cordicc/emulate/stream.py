@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from graphlib import TopologicalSorter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cordicc.arith.formats import FloatArray, Word
+from cordicc.arith.formats import FloatArray, NumberFormat, Signal
 from cordicc.arith.machine import Arithmetic
 from cordicc.plan import Operand, Operation, Plan
 
@@ -50,11 +51,45 @@ def deliver(outputs: Mapping[str, FloatArray], in_range: NDArray[np.bool_]) -> O
     return {**{name: np.where(valid, array, np.nan) for name, array in outputs.items()}, "valid": valid}
 
 
-def constant_word(arithmetic: Arithmetic, operand: Operand, length: int) -> Word:
+def constant_signal(arithmetic: Arithmetic, operand: Operand, length: int) -> Signal:
     """Return a constant operand, once for each of `length` samples."""
     assert operand.constant is not None
-    word = arithmetic.format.parse_constant(operand.constant)
-    return np.full(length, word, dtype=word.dtype)
+    word, format_ = arithmetic.system.constant(operand.constant)
+    return Signal(np.full(length, word, dtype=word.dtype), format_)
+
+
+@dataclass(frozen=True, slots=True)
+class Formats:
+    """The number formats of a plan: of inputs and results by name, and of the outputs."""
+
+    values: Mapping[str, NumberFormat]
+    outputs: Mapping[str, NumberFormat]
+
+    @classmethod
+    def of(cls, plan: Plan, arithmetic: Arithmetic) -> Formats:
+        """Return the formats that a plan states or its target implies.  Raises ValueError."""
+        inputs = [item["name"] for item in plan.problem["inputs"]]
+        results = [name for operation in plan.operations for name in operation.results if name is not None]
+        find = arithmetic.system.format
+        return cls(
+            {name: find(plan.formats.values.get(name)) for name in (*inputs, *results)},
+            {name: find(plan.formats.outputs.get(name)) for name in plan.outputs},
+        )
+
+    def of_results(self, operation: Operation) -> list[NumberFormat | None]:
+        """Return the format of each result of an operation, None where nobody takes it."""
+        return [None if name is None else self.values[name] for name in operation.results]
+
+    def encode(self, samples: Mapping[str, FloatArray]) -> dict[str, Signal]:
+        """Return the words of input samples."""
+        return {name: Signal(self.values[name].encode(v), self.values[name]) for name, v in samples.items()}
+
+    def leaving(self, output: str, signal: Signal) -> FloatArray:
+        """Return the numbers of an output: its words rounded to the output's format, if that is another."""
+        format_ = self.outputs[output]
+        if format_ == signal.format:
+            return signal.values
+        return format_.decode(format_.encode(signal.values))
 
 
 def dependence_order(plan: Plan) -> tuple[Operation, ...]:

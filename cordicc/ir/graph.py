@@ -97,6 +97,14 @@ class Graph:
                 todo.extend(v.node for v in self.nodes[index].operands)
         return seen
 
+    def downstream(self, node: int) -> list[int]:
+        """Return the nodes that depend on a node, in order."""
+        reached = {node}
+        for index in range(node + 1, len(self.nodes)):
+            if any(operand.node in reached for operand in self.nodes[index].operands):
+                reached.add(index)
+        return sorted(reached - {node})
+
     def used_results(self) -> set[Value]:
         """Return the values that an operation or an output takes."""
         used = {operand for node in self.nodes for operand in node.operands}

@@ -8,11 +8,11 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
-from cordicc.arith.formats import NumberFormat
+from cordicc.arith.formats import NumberSystem
 from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.ir.graph import Graph, Param, Value
 from cordicc.ir.ops import Level
-from cordicc.plan import Operand, Operation, Plan, Unit
+from cordicc.plan import Formats, Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
 from cordicc.schedule.fifo_lp import Goal, solve
 from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem, Sink, Task
@@ -45,7 +45,13 @@ def mode(op: str, params: Mapping[str, Any]) -> str:
 
 
 def assemble(
-    graph: Graph, target: Target, limits: Limits, *, problem: Mapping[str, Any], options: Mapping[str, Any]
+    graph: Graph,
+    target: Target,
+    limits: Limits,
+    *,
+    problem: Mapping[str, Any],
+    options: Mapping[str, Any],
+    formats: Mapping[Value | str, dict[str, int]],
 ) -> Plan:
     """Return the plan of a graph of unit operations at initiation interval 1.
 
@@ -55,6 +61,7 @@ def assemble(
         limits: goals and limits.
         problem: what the plan records of the problem.
         options: what it records of the command.
+        formats: of values, and of outputs by name, as a plan states them; empty if the target implies them.
 
     Raises:
         InvalidInput: an initiation interval that is not supported.
@@ -70,7 +77,7 @@ def assemble(
                 )
             ]
         )
-    words = target.machine().format
+    words = target.machine().system
     names = _names(graph)
     used = graph.used_results()
     operations = [_operation(graph, index, names, target, used, words) for index in sorted(names)]
@@ -84,8 +91,9 @@ def assemble(
     schedulable = SchedulingProblem(tuple(Task(o.id, o.kind, o.finish - o.start) for o in operations), wires)
     schedulable.check()
     schedule = _solve(schedulable, limits)
-    width = words.width_bits
-    fifos = delays(schedulable, schedule, {wire.name: width for wire in wires})
+    stated = _formats(graph, names, formats)
+    widths = {wire.name: words.format(stated.values.get(wire.name)).width_bits for wire in wires}
+    fifos = delays(schedulable, schedule, widths)
     units, placed = _place(operations, schedule)
     return Plan(
         name=problem["name"],
@@ -102,6 +110,7 @@ def assemble(
         outputs=outputs,
         optimal={"processors": True, **schedule.optimal},
         bounds={"processors": caus, **schedule.bounds},
+        formats=stated,
     )
 
 
@@ -132,11 +141,21 @@ def _value_name(graph: Graph, names: Mapping[int, str], value: Value) -> str:
     return f"{names[value.node]}.{node.definition.results[value.result]}"
 
 
+def _formats(
+    graph: Graph, names: Mapping[int, str], formats: Mapping[Value | str, dict[str, int]]
+) -> Formats:
+    """Return the formats by the names of the plan."""
+    return Formats(
+        {_value_name(graph, names, v): spec for v, spec in formats.items() if isinstance(v, Value)},
+        {name: spec for name, spec in formats.items() if isinstance(name, str)},
+    )
+
+
 def _unattainable(code: str, message: str, hint: str) -> Unattainable:
     return Unattainable([Diagnostic(code, message, hint=hint)])
 
 
-def _constant(number: Fraction, equation: str, words: NumberFormat) -> str:
+def _constant(number: Fraction, equation: str, words: NumberSystem) -> str:
     """Return a constant as text of the number format; Unattainable if the format cannot hold it."""
     try:
         return words.constant_text(number)
@@ -147,7 +166,7 @@ def _constant(number: Fraction, equation: str, words: NumberFormat) -> str:
         raise _unattainable("E411", message, hint) from None
 
 
-def _operand(graph: Graph, names: Mapping[int, str], value: Value, user: str, words: NumberFormat) -> Operand:
+def _operand(graph: Graph, names: Mapping[int, str], value: Value, user: str, words: NumberSystem) -> Operand:
     number = graph.constant(value)
     if number is not None:
         return Operand(constant=_constant(number, graph.node(value).origin or user, words))
@@ -155,7 +174,7 @@ def _operand(graph: Graph, names: Mapping[int, str], value: Value, user: str, wo
 
 
 def _operation(
-    graph: Graph, index: int, names: Mapping[int, str], target: Target, used: set[Value], words: NumberFormat
+    graph: Graph, index: int, names: Mapping[int, str], target: Target, used: set[Value], words: NumberSystem
 ) -> Operation:
     """Return the operation with start 0, to be placed later."""
     node = graph.nodes[index]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -16,6 +16,7 @@ from ruamel.yaml.nodes import MappingNode, ScalarNode
 
 from cordicc.arith.machine import Arithmetic
 from cordicc.diagnostics import InvalidInput, Report, Source, Span
+from cordicc.targets.sized import guard_is_open, sized
 
 DEFAULT_TARGET = "kinematic"
 CAU_KINDS = ("standard", "implicit")
@@ -59,7 +60,10 @@ class UnitKind:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A target: clock in Hz, number format, unit kinds, area of a FIFO bit in adder equivalents."""
+    """A target: clock in Hz, number format, unit kinds, area of a FIFO bit in adder equivalents.
+
+    `guard_is_open`: the file leaves the guard bits of values between operations to the compiler.
+    """
 
     name: str
     description: str
@@ -68,6 +72,7 @@ class Target:
     format: Mapping[str, Any]
     fifo_area_per_bit: float
     units: Mapping[str, UnitKind]
+    guard_is_open: bool = False
 
     @property
     def arithmetic(self) -> dict[str, Any]:
@@ -145,8 +150,16 @@ def target_text(name_or_path: str | os.PathLike[str]) -> Source:
     return Source(name, text)
 
 
-def load_target(name_or_path: str | os.PathLike[str]) -> Target:
-    """Load and validate a shipped target by name, or a file.  Raises InvalidInput (E501 to E505)."""
+def load_target(name_or_path: str | os.PathLike[str], guard_bits: int = 0) -> Target:
+    """Load and validate a shipped target by name, or a file.
+
+    Args:
+        name_or_path: of a shipped target, or of a file.
+        guard_bits: of values between operations, where the target leaves them open.
+
+    Raises:
+        InvalidInput: E501 to E505.
+    """
     source = target_text(name_or_path)
     report = Report(source)
     yaml = YAML(typ="safe", pure=True)
@@ -160,14 +173,14 @@ def load_target(name_or_path: str | os.PathLike[str]) -> Target:
         raise _failure(report, "E503", f"not valid YAML: {problem}", span) from None
     if not isinstance(data, dict):
         raise _failure(report, "E503", "a target must be a mapping")
-    target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(data)
-    report.raise_if_failed()
-    assert target is not None
     try:
+        target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(sized(data, guard_bits))
+        report.raise_if_failed()
+        assert target is not None
         target.machine()
     except ValueError as error:
         raise _failure(report, "E505", str(error)) from None
-    return target
+    return replace(target, guard_is_open=guard_is_open(data))
 
 
 def _failure(report: Report, code: str, message: str, span: Span | None = None) -> InvalidInput:
@@ -236,7 +249,7 @@ class _Reader:
         where = f"units.{kind}."
         required = {"latency", "functions", "area"} | ({"arithmetic"} if kind in CAU_KINDS else set())
         self._keys(data, where, required, {"initiation_interval", "adders", "stages"})
-        latency = self._integer(data, "latency", where, 1, least=0 if kind == "sign" else 1)
+        latency = self._integer(data, "latency", where, 1, least=0 if kind in ("sign", "shift") else 1)
         interval = self._integer(data, "initiation_interval", where, 1, least=1)
         if interval != 1:
             self._error(

@@ -1,4 +1,4 @@
-"""Kernels on int64 and on Python integers agree; intervals hold every point; words and texts round-trip."""
+"""Units keep to their formulas; intervals hold every point; words and texts round-trip."""
 
 import math
 from fractions import Fraction
@@ -8,58 +8,23 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cordicc.arith import kernels, sequences
-from cordicc.arith.cau import Cau
+from cordicc.arith.floating import SingleSystem, wrapped
 from cordicc.arith.formats import SINGLE
 from cordicc.arith.intervals import Interval, evaluate
-from cordicc.arith.machine import wrapped
-from cordicc.arith.reduction import ANGLE_BITS
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.ops import OPS, Level
 from cordicc.ir.reference import evaluate as reference
+from tests.single_unit import SingleUnit
 
-COORDINATE = st.integers(-(2**29), 2**29)
-ANGLE = st.integers(-(2**33), 2**33)
-ROWS = st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE, ANGLE), min_size=1, max_size=8)
+SYSTEM = SingleSystem()
 WORD = st.floats(width=32)
 FINITE = st.floats(width=32, allow_nan=False, allow_infinity=False)
-
-
-def tables():
-    for m in (1, 0, -1):
-        yield sequences.standard(m, 30)
-        if m:
-            yield sequences.root_free(m, 30)
-
-
-@pytest.mark.parametrize("sequence", list(tables()), ids=lambda s: s.name)
-@given(rows=ROWS)
-@settings(deadline=None, max_examples=40)
-def test_kernels_are_the_same_on_int64_and_on_python_integers(sequence, rows):
-    table = sequences.step_table(sequence, ANGLE_BITS)
-    kinds = []
-    if sequence.root_free:
-        kinds.append(lambda x, y, t, z: kernels.implicit_root_free(x, y, t, z, table))
-    else:
-        kinds.append(lambda x, y, t, z: kernels.rotate(x, y, z, table))
-        kinds.append(lambda x, y, t, z: kernels.vector(x, y, z, table))
-        if sequence.m:
-            kinds.append(lambda x, y, t, z: kernels.implicit(x, y, t, z, table))
-            kinds.append(lambda x, y, t, z: kernels.quarter_turn(x, y, t, z, 12345))
-    columns = [list(column) for column in zip(*rows, strict=True)]
-    for kernel in kinds:
-        narrow = kernel(*(np.array(c, dtype=np.int64) for c in columns))
-        wide = kernel(*(np.array(c, dtype=object) for c in columns))
-        for a, b in zip(narrow, wide, strict=True):
-            assert b.dtype == object
-            assert all(isinstance(value, int) for value in b)
-            assert a.tolist() == b.tolist()
 
 
 @given(FINITE, FINITE, FINITE, st.sampled_from(["+", "-"]), st.sampled_from(["single-rotation", "root-free"]))
 @settings(deadline=None)
 def test_a_circular_solution_satisfies_its_equation(a, b, c, branch, rule):
-    angle, rest = Cau(rule=rule).implicit(1, branch, *(np.array([v], np.float32) for v in (a, b, c)))
+    angle, rest = SingleUnit(rule=rule).implicit(1, branch, *(np.array([v], np.float32) for v in (a, b, c)))
     radius = math.hypot(a, b)
     if radius == 0 or abs(c) > radius * (1 + 2.0**-22):
         assert np.isnan(angle[0])
@@ -76,7 +41,7 @@ def test_a_circular_solution_satisfies_its_equation(a, b, c, branch, rule):
 @settings(deadline=None)
 def test_principal_angles_never_leave_the_half_turn(x, y):
     zero = np.zeros(1, np.float32)
-    norm, angle = Cau().vector(1, 1, np.array([x], np.float32), np.array([y], np.float32), zero)
+    norm, angle = SingleUnit().vector(1, 1, np.array([x], np.float32), np.array([y], np.float32), zero)
     if x == 0 and y == 0:
         assert norm[0] == 0
         assert np.isnan(angle[0])
@@ -95,13 +60,13 @@ def test_words_round_trip(value):
 @given(FINITE)
 def test_constants_round_trip_as_text(value):
     assume(value == 0 or abs(value) >= 2.0**-126)  # smaller ones are refused
-    text = SINGLE.constant_text(Fraction(value))
-    assert SINGLE.parse_constant(text) == np.float32(value)
+    text = SYSTEM.constant_text(Fraction(value))
+    assert SYSTEM.constant(text).words == np.float32(value)
 
 
 @given(st.fractions(min_value=-1000, max_value=1000))
 def test_constants_are_the_nearest_words(number):
-    word = SINGLE.constant(number)[()]
+    word = SYSTEM.constant(SYSTEM.constant_text(number)).words[()]
     error = abs(Fraction(float(word)) - number)
     for neighbour in (np.nextafter(word, np.float32(np.inf)), np.nextafter(word, np.float32(-np.inf))):
         assert error <= abs(Fraction(float(neighbour)) - number)

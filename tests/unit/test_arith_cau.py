@@ -4,13 +4,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from cordicc.arith.cau import Cau
 from cordicc.arith.formats import SINGLE_PI
+from tests.single_unit import SingleUnit
 
 ANGLE_BOUND = 2.0**-24
 SAMPLES = 400
-SINGLE_ROTATION = Cau(rule="single-rotation")
-ROOT_FREE = Cau(rule="root-free")
+SINGLE_ROTATION = SingleUnit(rule="single-rotation")
+ROOT_FREE = SingleUnit(rule="root-free")
 UNIT = SINGLE_ROTATION
 mp = mpmath.MPContext()
 mp.prec = 300
@@ -228,4 +228,39 @@ def test_overflow_is_invalid():
 
 def test_a_unit_without_a_rule_has_no_implicit_mode():
     with pytest.raises(ValueError, match="no implicit mode"):
-        Cau().implicit(1, "-", words(1), words(1), words(0))
+        SingleUnit().implicit(1, "-", words(1), words(1), words(0))
+
+
+def test_a_result_beyond_the_exponent_inside_is_infinite_and_one_below_it_zero():
+    unit = SINGLE_ROTATION.cau
+    big, small = np.array([2.0**127]), np.array([2.0**-149])
+    grown, _ = unit.rotate(-1, big, big, np.array([300.0]))
+    assert grown[0] == np.inf
+    shrunk, _ = unit.rotate(-1, small, -small, np.array([300.0]))
+    assert shrunk[0] == 0.0
+    product, _ = unit.vector(0, 1, small, big, np.array([0.0]))[::-1]
+    assert product[0] == pytest.approx(2.0**276, rel=1e-6)  # within the unit, although no single holds it
+
+
+@pytest.mark.parametrize("special", [np.nan, np.inf])
+def test_words_that_are_no_numbers_make_every_result_invalid(special):
+    from cordicc.arith.formats import SINGLE
+
+    bad = SINGLE.encode(np.array([special, 1.0]))
+    good = words([1.0, 1.0])
+    for operands in ((bad, good, good), (good, bad, good), (good, good, bad)):
+        for results in (
+            UNIT.rotate(1, *operands),
+            UNIT.vector(1, 1, *operands),
+            UNIT.rotate(-1, *operands),
+            UNIT.implicit(1, "-", *operands),
+        ):
+            assert all(np.isnan(result[0]) and not np.isnan(result[1]) for result in results)
+
+
+def test_results_underflow_gradually_and_overflow_to_invalid():
+    least = words([2.0**-149])
+    norm, _ = UNIT.vector(1, 1, least, 0 * least, 0 * least)
+    assert norm == least
+    huge = words([3.4e38])
+    assert np.isnan(UNIT.vector(1, 1, huge, huge, 0 * huge)[0])[0]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from cordicc.arith import kernels, sequences
-from cordicc.arith.cau import Cau
 from cordicc.arith.formats import SINGLE_PI
+from tests.single_unit import SingleUnit
 
 mp = mpmath.MPContext()
 mp.prec = 300
-UNITS = [Cau(rule="single-rotation"), Cau(rule="root-free")]
+UNITS = [SingleUnit(rule="single-rotation"), SingleUnit(rule="root-free")]
 units = pytest.mark.parametrize("unit", UNITS, ids=["single-rotation", "root-free"])
 branches = pytest.mark.parametrize("branch", ["+", "-"])
 EDGE = 2.0**-22

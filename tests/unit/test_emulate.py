@@ -10,7 +10,7 @@ from cordicc.emulate import cycle, functional
 from cordicc.emulate.cycle import MachineError
 from cordicc.plan import Operand, Operation, Plan
 from cordicc.schedule.fifo_lp import solve
-from tests.random_plans import FakeArithmetic, Flow, flows, samples
+from tests.random_plans import FORMAT, FakeArithmetic, Flow, flows, samples
 
 relaxed = settings(deadline=None, max_examples=100)
 ARITHMETIC = FakeArithmetic()
@@ -113,7 +113,7 @@ def test_ranges_are_closed_and_hold_the_nearest_doubles() -> None:
     edges = [-0.25, 0.75, np.nextafter(-0.25, -1), np.nextafter(0.75, 1), np.nan, np.inf, -np.inf, 0.0]
     for emulate in (functional.run, cycle.run):
         found = emulate(plan, ARITHMETIC, {"i": np.array(edges)})
-        invalid_word = ARITHMETIC.format.decode(ARITHMETIC.format.encode(np.array(edges)))
+        invalid_word = FORMAT.decode(FORMAT.encode(np.array(edges)))
         expected = [not np.isnan(invalid_word[k]) and k in (0, 1, 7) for k in range(len(edges))]
         assert found["valid"].tolist() == expected
         assert np.isnan(found["q0"]).tolist() == [not valid for valid in expected]

@@ -8,10 +8,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
-    {"cli", "cli_study", "__main__"},
-    {"api", "summary", "trace", "sequence_text"},
+    {"cli", "cli_schedule", "cli_study", "__main__"},
+    {"api", "explore", "summary", "trace", "sequence_text"},
     {"pipeline"},
-    {"checks"},
+    {"guard_bits", "word_lengths"},
+    {"checks", "observation"},
     {"poles"},
     {"record"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
@@ -24,6 +25,7 @@ RANKS = [
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
     {"cli", "__main__"},
+    {"cli", "cli_schedule"},
     {"cli", "cli_study"},
     {"plan", "plan_json"},
     {"plan", "plan_check"},

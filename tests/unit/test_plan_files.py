@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import cordicc
-from cordicc import pipeline
+from cordicc import observation, pipeline
 from cordicc.cli import main
 from cordicc.diagnostics import CordiccError
 from cordicc.emulate import functional, sampling
@@ -77,8 +77,8 @@ def test_every_place_by_every_hostile_value(base: dict[str, Any]) -> None:
     assert len(accepted) > 50
     for plan in accepted:
         inputs = sampling.draw(plan.problem, 3, 0)
-        outputs = functional.run(plan, pipeline.machine_of(plan), inputs)
-        comparison = pipeline.compare(plan, inputs, outputs)
+        outputs = functional.run(plan, observation.machine_of(plan), inputs)
+        comparison = observation.compare(plan, inputs, outputs)
         comparison_text(plan, comparison)
         comparison_json(plan, comparison)
         dump(plan)

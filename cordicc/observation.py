@@ -1,0 +1,80 @@
+"""Running a finished plan: the errors that are seen, and whether samples are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from cordicc.arith.machine import Arithmetic
+from cordicc.diagnostics import Diagnostic, Severity, Unattainable
+from cordicc.emulate import accuracy, sampling
+from cordicc.emulate import functional as functional_run
+from cordicc.emulate.lost import first_invalid
+from cordicc.ir.text import parse_graph
+from cordicc.plan import Plan
+
+DEFAULT_SAMPLES = 10_000
+DEFAULT_SEED = 0
+
+
+def machine_of(plan: Plan) -> Arithmetic:
+    """Return the arithmetic that a plan was made for."""
+    return Arithmetic.from_spec(plan.target["arithmetic"])
+
+
+def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
+    """Run a plan on the default samples and record the errors that were seen.
+
+    Raises:
+        Unattainable: no sample that the equations can do survives in the target's number format.
+    """
+    inputs = sampling.draw(plan.problem, DEFAULT_SAMPLES, DEFAULT_SEED)
+    outputs = functional_run.run(plan, machine_of(plan), inputs)
+    comparison = compare(plan, inputs, outputs)
+    figures = {
+        name: {"bound": None, "observed": {"max": seen.max, "rms": seen.rms}}
+        for name, seen in comparison.observed.items()
+    }
+    warnings = []
+    if comparison.lost_at is not None:
+        lost = _lost(plan, inputs, comparison)
+        if not comparison.valid:
+            raise Unattainable([lost])
+        warnings.append(lost)
+    problem = {
+        **plan.problem,
+        "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
+    }
+    return replace(plan, accuracy=figures, problem=problem), warnings
+
+
+def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> accuracy.Comparison:
+    """Compare simulated outputs with the equations as written."""
+    return accuracy.compare(exact(plan.problem, inputs), angles_of(plan.problem), outputs)
+
+
+def exact(problem: Mapping[str, Any], inputs: Mapping[str, Any]) -> accuracy.Exact:
+    """Return what the equations as written say of samples."""
+    return accuracy.exact(parse_graph(problem["program"], "plan.json"), inputs)
+
+
+def angles_of(problem: Mapping[str, Any]) -> dict[str, bool]:
+    """Return, by output, whether it is an angle."""
+    return {output["name"]: output["angle"] for output in problem["outputs"]}
+
+
+def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison) -> Diagnostic:
+    """Return the finding that samples leave the number format, with the first one and where it does."""
+    assert comparison.lost_at is not None
+    sample = {name: float(column[comparison.lost_at]) for name, column in inputs.items()}
+    operation = first_invalid(plan, machine_of(plan), sample)
+    where = "" if operation is None else f": {operation.mode} in the equation of '{operation.equation}'"
+    message = (
+        f"{comparison.lost} of {comparison.samples} samples that the equations can do "
+        f"leave the number format or the domain of a unit{where}"
+    )
+    example = "for example " + ", ".join(f"{name} = {number:.6g}" for name, number in sample.items())
+    if comparison.valid:
+        return Diagnostic("W410", message, None, f"they are marked invalid; {example}", Severity.WARNING)
+    return Diagnostic("E410", message, None, f"narrow the input ranges, or use other units; {example}")

@@ -1,0 +1,93 @@
+"""What a fixed-point target leaves open, filled in: guard bits, and the sizes of its CORDIC units.
+
+A target says `auto` where a figure follows from others.  Guard bits are the compiler's choice; given them,
+`cordicc.arith.sizing` sizes each unit so that its proven error stays within 1 ulp of a word between
+operations, and latency, adders and area follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from cordicc.arith.cau import EXPONENT_BITS, INTEGER_BITS, Cau
+from cordicc.arith.sizing import size_unit
+
+AUTO = "auto"
+
+MOST_GUARD_BITS = 6
+"""With 24-bit words, beyond which a unit's bound cannot be kept within 64-bit emulation."""
+
+_REFERENCE_BITS = 32
+"""Of the adder that counts as 1 in a figure of area."""
+
+Data = dict[Any, Any]
+
+
+def guard_is_open(data: Mapping[Any, Any]) -> bool:
+    """Tell whether a target's data leaves the guard bits to the compiler."""
+    format_ = data.get("format")
+    return isinstance(format_, dict) and format_.get("guard") == AUTO
+
+
+def sized(data: Data, guard_bits: int) -> Data:
+    """Return a target's data with everything filled in that it leaves open.
+
+    Args:
+        data: the mapping of a target file, perhaps malformed: what is not understood stays.
+        guard_bits: in the place of `guard: auto`.
+
+    Raises:
+        ValueError: no unit keeps the error with so many bits.
+    """
+    format_ = data.get("format")
+    units = data.get("units")
+    if not isinstance(format_, dict) or format_.get("kind") != "fixed-point" or not isinstance(units, dict):
+        return data
+    if format_.get("guard") == AUTO:
+        format_ = {**format_, "guard": guard_bits}
+    width, guard = format_.get("width"), format_.get("guard", 0)
+    if type(width) is not int or type(guard) is not int:
+        return {**data, "format": format_}
+    made = {
+        kind: _sized_unit(unit, width + guard) if isinstance(unit, dict) else unit
+        for kind, unit in units.items()
+    }
+    return {**data, "format": format_, "units": made}
+
+
+def _sized_unit(unit: Data, word_bits: int) -> Data:
+    stages, arithmetic = unit.get("stages"), unit.get("arithmetic")
+    functions = unit.get("functions")
+    open_arithmetic = arithmetic == AUTO or (isinstance(arithmetic, dict) and set(arithmetic) == {"rule"})
+    if not open_arithmetic or not isinstance(stages, dict) or not isinstance(functions, list):
+        return unit
+    rule = arithmetic["rule"] if isinstance(arithmetic, dict) else None
+    cau = _cau(tuple(str(function) for function in functions), word_bits, None if rule is None else str(rule))
+    made: Data = {**unit, "arithmetic": _arithmetic(cau)}
+    made["stages"] = {p: cau.iterations if cycles == AUTO else cycles for p, cycles in stages.items()}
+    if unit.get("latency") == AUTO and all(type(c) is int for c in made["stages"].values()):
+        made["latency"] = sum(made["stages"].values())
+    adders = unit.get("adders")
+    if isinstance(adders, dict) and set(adders) == {"around", "per_iteration"}:
+        made["adders"] = adders["around"] + adders["per_iteration"] * cau.iterations
+        if unit.get("area") == AUTO:
+            bits = cau.fraction_bits + INTEGER_BITS
+            made["area"] = round(made["adders"] * bits / _REFERENCE_BITS, 1)
+    return made
+
+
+@cache
+def _cau(functions: tuple[str, ...], word_bits: int, rule: str | None) -> Cau:
+    return size_unit(functions, word_bits, rule=rule).unit
+
+
+def _arithmetic(cau: Cau) -> Data:
+    widths = {
+        "mantissa_bits": cau.fraction_bits + INTEGER_BITS,
+        "exponent_bits": EXPONENT_BITS,
+        "angle_bits": cau.angle_bits,
+        "iterations": cau.iterations,
+    }
+    return widths if cau.rule is None else {**widths, "rule": cau.rule}

@@ -1,0 +1,185 @@
+"""A binary point for every value of a plan on a fixed-point target, from proven ranges.
+
+Ranges are outward-rounded enclosures over the samples for which the equations have a value, tightened by
+subdivision where they are loose.  A value whose range cannot be bounded is looked at by trying to make it
+large: if it grows past all formats the problem is refused with the input that shows it, otherwise its
+format follows what was reached, and a warning says so (a sample beyond is marked invalid).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cordicc.arith.fixed_system import FixedSystem
+from cordicc.arith.intervals import Interval
+from cordicc.checks import input_intervals, input_samples
+from cordicc.diagnostics import Diagnostic, Severity, Source, Unattainable
+from cordicc.ir.contraction import contracted
+from cordicc.ir.graph import Graph, Value
+from cordicc.ir.problem import Problem
+from cordicc.ir.ranges import refreshed, value_ranges
+from cordicc.ir.reference import evaluate
+from cordicc.ir.subdivision import Goal, tightened
+from cordicc.poles import example_of, place
+
+Spec = dict[str, int]
+
+_SAMPLES = 400
+_WORK = 150_000
+_HEADROOM = 1 + 2.0**-12
+"""Computed values exceed exact ones a little; a format holds the range times this."""
+
+_LOOSE_BITS = 6
+"""Bits that a proven range may cost beyond what was reached before the latter decides."""
+
+_UNPROVEN_HEADROOM = 4.0
+_HOPELESS = 2.0**10
+"""An unbounded value that is seen to grow to this multiple of its median has no useful format."""
+
+_CLIMBERS = 16
+_CLIMBS = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Magnitudes:
+    """By value and output name, what their formats must hold; and the warnings about what is not proven."""
+
+    values: Mapping[Value, float]
+    outputs: Mapping[str, float]
+    warnings: tuple[Diagnostic, ...]
+
+
+def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
+    """Return what the format of each value must hold.
+
+    Raises:
+        Unattainable: a value grows past every format (E412).
+    """
+    samples = input_samples(problem, _SAMPLES)
+    values = [v for v in sorted(graph.used_results()) if graph.constant(v) is None]
+    columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
+    seen = {v: np.abs(columns[str(i)][valid]) for i, v in enumerate(values)}
+    signs = {v: _sign(columns[str(i)][valid]) for i, v in enumerate(values)}
+    enclosures = contracted(graph, value_ranges(graph, input_intervals(problem)))
+    enclosures = tightened(graph, enclosures, _goals(graph, seen, signs), _WORK)
+    found: dict[Value, float] = {}
+    warnings: list[Diagnostic] = []
+    for value in values:
+        proven = enclosures[value.node][value.result]
+        reached = float(np.max(seen[value], initial=0.0))
+        bound = 0.0 if proven is None else proven.magnitude
+        if proven is not None and bound > reached * 2.0**_LOOSE_BITS:
+            bound, warning = _unproven(problem, source, graph, value, samples, seen[value], bound)
+            if warning is not None:
+                # A sample beyond is invalid from here on, so what follows need not hold it either.
+                warnings.append(warning)
+                results = list(enclosures[value.node])
+                results[value.result] = proven.intersect(Interval(-bound, bound))
+                enclosures[value.node] = tuple(results)
+                refreshed(graph, graph.downstream(value.node), enclosures)
+        found[value] = bound * _HEADROOM
+    outputs = {
+        name: abs(float(number)) if (number := graph.constant(value)) is not None else found[value]
+        for name, value in graph.outputs.items()
+    }
+    return Magnitudes(found, outputs, tuple(dict.fromkeys(warnings)))
+
+
+def formats(found: Magnitudes, graph: Graph, system: FixedSystem) -> dict[Value | str, Spec]:
+    """Return the format of each value, and of each output by name.
+
+    Inputs have words as outside; a value that only leaves has the output's own.  Raises OverflowError.
+    """
+    inner = {operand for node in graph.nodes for operand in node.operands}
+    chosen: dict[Value | str, Spec] = {}
+    for value, magnitude in found.values.items():
+        outside = graph.node(value).op == "input" or value not in inner
+        chosen[value] = (system.outside if outside else system.inside)(magnitude).spec()
+    for name, magnitude in found.outputs.items():
+        chosen[name] = system.outside(magnitude).spec()
+    return chosen
+
+
+def _sign(column: np.ndarray) -> int:
+    return int((column > 0).all()) - int((column < 0).all()) if column.size else 0
+
+
+def _goals(graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]) -> dict[Value, Goal]:
+    """Return when enclosures are tight: of outputs to the bit, of others to two; divisors without 0."""
+    leaving = set(graph.outputs.values())
+    divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.params[0] == 0}
+    goals = {}
+    for value, column in seen.items():
+        reached = float(np.max(column, initial=0.0))
+        most = math.ldexp(1.0, math.frexp(reached)[1] + (value not in leaving)) if reached else 0.0
+        divides = value in divisors
+        least = float(np.min(column, initial=math.inf)) / 2 if divides else 0.0
+        goals[value] = Goal(most, signs[value] if divides else 0, least)
+    return goals
+
+
+def _unproven(
+    problem: Problem,
+    source: Source,
+    graph: Graph,
+    value: Value,
+    samples: Mapping[str, np.ndarray],
+    seen: np.ndarray,
+    bound: float,
+) -> tuple[float, Diagnostic | None]:
+    """Return what the format of a value holds whose range is not known well, and a warning."""
+    peak, at = _climbed(problem, graph, value, samples)
+    if bound <= peak * 2.0**_LOOSE_BITS:
+        return bound, None
+    node = graph.node(value)
+    median = float(np.median(seen)) if seen.size else 0.0
+    example = f"for example {peak:.3g} at {example_of(at, 0)}"
+    if math.isinf(bound) and peak > _HOPELESS * median:
+        message = f"no fixed-point format holds an intermediate value ({node.op}): it grows without bound"
+        raise Unattainable([place(problem, source, node.origin, "E412", message, example)])
+    held = min(bound, peak * _UNPROVEN_HEADROOM)
+    message = (
+        f"the range of an intermediate value ({node.op}) is not proven; its format holds up to {held:.3g}"
+    )
+    hint = f"samples beyond are marked invalid; the largest found is {example.removeprefix('for example ')}"
+    return held, place(problem, source, node.origin, "W412", message, hint, Severity.WARNING)
+
+
+def _climbed(
+    problem: Problem, graph: Graph, value: Value, samples: Mapping[str, np.ndarray]
+) -> tuple[float, dict[str, np.ndarray]]:
+    """Return the largest magnitude of a value that a random local search finds, and the input.
+
+    Where the problem has samples, they are the workspace and all that is looked at.
+    """
+    part = Graph(graph.nodes[: value.node + 1], {"value": value})
+
+    def measure(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        numbers, valid = evaluate(part, columns)
+        return np.where(valid & ~np.isnan(numbers["value"]), np.abs(numbers["value"]), -1.0)
+
+    sizes = measure(samples)
+    best = np.argsort(-sizes, kind="stable")[:_CLIMBERS]
+    points = {name: column[best] for name, column in samples.items()}
+    heights = sizes[best]
+    if problem.samples is None:
+        random = np.random.Generator(np.random.PCG64(1))
+        box = input_intervals(problem)
+        for climb in range(_CLIMBS):
+            step = 0.5 * 2.0 ** (-climb)
+            moved = {n: _moved(random, column, box[n], step) for n, column in points.items()}
+            reached = measure(moved)
+            higher = reached > heights
+            heights = np.where(higher, reached, heights)
+            points = {n: np.where(higher, moved[n], column) for n, column in points.items()}
+    top = int(np.argmax(heights))
+    return float(heights[top]), {name: column[top : top + 1] for name, column in points.items()}
+
+
+def _moved(random: np.random.Generator, column: np.ndarray, box: Interval, step: float) -> np.ndarray:
+    change = random.uniform(-1, 1, column.size) * (box.hi - box.lo) * step
+    return np.clip(column + change, box.lo, box.hi)
