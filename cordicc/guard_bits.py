@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cordicc.emulate import accuracy, functional, sampling
 from cordicc.observation import DEFAULT_SEED, angles_of, exact, machine_of
 from cordicc.plan import Plan
@@ -13,14 +16,17 @@ from cordicc.targets.sized import MOST_GUARD_BITS
 
 _SAMPLES = 2_000
 _GAIN = 1.1
-"""More guard bits must lower the error by more than this to be worth them."""
+"""More guard bits must lower an error by more than this to be worth them."""
+
+_SHARES = (0.5, 0.9, 0.99, 1.0)
+"""Of the samples, by size of error: a few ill-conditioned ones must not hide what the others lose."""
 
 
 def fewest_guard_bits(problem: Mapping[str, Any], plan_with: Callable[[int], Plan]) -> Plan:
-    """Return the plan with the fewest guard bits that keeps the observed error of every output small.
+    """Return the plan with the fewest guard bits that keeps the observed errors of every output small.
 
     Small is within one ulp of the output's word, or, where the rounding of the inputs alone makes more
-    than that, within a tenth of what the most guard bits give.
+    than that, within a tenth of what the most guard bits give; for the quantiles `_SHARES` of the errors.
 
     Args:
         problem: the problem as plans record it.
@@ -30,18 +36,22 @@ def fewest_guard_bits(problem: Mapping[str, Any], plan_with: Callable[[int], Pla
     reference = exact(problem, inputs)
     angles = angles_of(problem)
 
-    def errors(plan: Plan) -> dict[str, float]:
-        seen = accuracy.compare(reference, angles, functional.run(plan, machine_of(plan), inputs)).observed
-        return {name: each.max or 0.0 for name, each in seen.items()}
+    def quantiles(plan: Plan) -> dict[str, NDArray[np.float64]]:
+        outputs = functional.run(plan, machine_of(plan), inputs)
+        found = accuracy.errors(reference, angles, outputs)
+        return {name: np.quantile(error, _SHARES) if error.size else _NONE for name, error in found.items()}
 
     widest = plan_with(MOST_GUARD_BITS)
-    least = errors(widest)
+    least = quantiles(widest)
     for guard in range(MOST_GUARD_BITS):
         plan = plan_with(guard)
-        allowed = {
-            name: max(math.ldexp(1.0, -spec["fraction"]), _GAIN * least[name])
+        seen = quantiles(plan)
+        if all(
+            np.all(seen[name] <= np.maximum(math.ldexp(1.0, -spec["fraction"]), _GAIN * least[name]))
             for name, spec in plan.formats.outputs.items()
-        }
-        if all(error <= allowed[name] for name, error in errors(plan).items()):
+        ):
             return plan
     return widest
+
+
+_NONE = np.zeros(len(_SHARES))

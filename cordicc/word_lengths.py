@@ -60,7 +60,8 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
         Unattainable: a value grows past every format (E412).
     """
     samples = input_samples(problem, _SAMPLES)
-    values = [v for v in sorted(graph.used_results()) if graph.constant(v) is None]
+    inputs = {Value(index) for index, node in enumerate(graph.nodes) if node.op == "input"}
+    values = [v for v in sorted(graph.used_results() | inputs) if graph.constant(v) is None]
     columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
     seen = {v: np.abs(columns[str(i)][valid]) for i, v in enumerate(values)}
     signs = {v: _sign(columns[str(i)][valid]) for i, v in enumerate(values)}
@@ -133,7 +134,7 @@ def _unproven(
 ) -> tuple[float, Diagnostic | None]:
     """Return what the format of a value holds whose range is not known well, and a warning."""
     peak, at = _climbed(problem, graph, value, samples)
-    if bound <= peak * 2.0**_LOOSE_BITS:
+    if bound <= peak * 2.0**_LOOSE_BITS < math.inf:
         return bound, None
     node = graph.node(value)
     median = float(np.median(seen)) if seen.size else 0.0
@@ -168,7 +169,7 @@ def _climbed(
     heights = sizes[best]
     if problem.samples is None:
         random = np.random.Generator(np.random.PCG64(1))
-        box = input_intervals(problem)
+        box = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
         for climb in range(_CLIMBS):
             step = 0.5 * 2.0 ** (-climb)
             moved = {n: _moved(random, column, box[n], step) for n, column in points.items()}
@@ -177,9 +178,11 @@ def _climbed(
             heights = np.where(higher, reached, heights)
             points = {n: np.where(higher, moved[n], column) for n, column in points.items()}
     top = int(np.argmax(heights))
-    return float(heights[top]), {name: column[top : top + 1] for name, column in points.items()}
+    return max(0.0, float(heights[top])), {name: column[top : top + 1] for name, column in points.items()}
 
 
-def _moved(random: np.random.Generator, column: np.ndarray, box: Interval, step: float) -> np.ndarray:
-    change = random.uniform(-1, 1, column.size) * (box.hi - box.lo) * step
-    return np.clip(column + change, box.lo, box.hi)
+def _moved(
+    random: np.random.Generator, column: np.ndarray, box: tuple[float, float], step: float
+) -> np.ndarray:
+    lo, hi = box
+    return np.clip(column + random.uniform(-1, 1, column.size) * (hi - lo) * step, lo, hi)

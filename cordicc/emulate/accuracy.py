@@ -55,6 +55,21 @@ def exact(graph: Graph, inputs: Mapping[str, NDArray[Any]]) -> Exact:
     return Exact(*evaluate(graph, inputs))
 
 
+def errors(
+    reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]
+) -> dict[str, NDArray[Any]]:
+    """Return each output's errors, of angles modulo 2 pi, on the samples valid in both; see `compare`."""
+    values, defined = reference
+    both = defined & outputs["valid"].astype(bool)
+    found = {}
+    for name, is_angle in angles.items():
+        error = np.abs(outputs[name][both] - values[name][both])
+        if is_angle:
+            error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
+        found[name] = error
+    return found
+
+
 def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]) -> Comparison:
     """Compare simulated outputs with the high-precision evaluation of the equations.
 
@@ -63,14 +78,11 @@ def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, 
         angles: by output, whether errors count modulo 2 pi.
         outputs: what the simulation gave for them, and its `valid`.
     """
-    values, defined = reference
+    _, defined = reference
     simulated = outputs["valid"].astype(bool)
     both = defined & simulated
     observed = {}
-    for name, is_angle in angles.items():
-        error = np.abs(outputs[name][both] - values[name][both])
-        if is_angle:
-            error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
+    for name, error in errors(reference, angles, outputs).items():
         if error.size:
             rms = float(np.sqrt(np.mean(np.square(error))))
             where = int(np.argmax(error))

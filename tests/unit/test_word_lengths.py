@@ -184,3 +184,26 @@ def test_a_fixed_point_plan_reads_back_and_refuses_other_formats(tmp_path: Path)
         path.write_text(json.dumps(data), encoding="utf-8")
         with pytest.raises(InvalidInput, match=r"contradicts|E60"):
             cordicc.load_plan(path)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "equations", "codes"),
+    [
+        ("{x: [1, 2], unused: [0, 3]}", ["a = x + 1"], set()),
+        ("{x: [-1, 0], y: [0.1, 0.4]}", ["a = y/x"], {"E412"}),
+        ("{y: [-3, -1]}", ["a = atanh(y*y)"], set()),  # valid nowhere, but that is not proven at y = -1
+        ("{x: [0, 1], y: [1, 2]}", ["a = y/y", "b = x"], set()),
+    ],
+)
+def test_odd_problems(tmp_path: Path, inputs: str, equations: list[str], codes: set[str]) -> None:
+    from cordicc.diagnostics import CordiccError
+
+    lines = "".join(f"  - {equation}\n" for equation in equations)
+    path = problem_file(tmp_path, f"inputs: {inputs}\nequations:\n{lines}")
+    try:
+        plan = cordicc.compile(path, target="fixed24")
+    except CordiccError as error:
+        assert {d.code for d in error.diagnostics} == codes
+    else:
+        assert not codes
+        assert set(plan.formats.values) >= {item["name"] for item in plan.problem["inputs"]}
