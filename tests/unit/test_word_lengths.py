@@ -200,10 +200,10 @@ def test_odd_problems(tmp_path: Path, inputs: str, equations: list[str], codes: 
 
     lines = "".join(f"  - {equation}\n" for equation in equations)
     path = problem_file(tmp_path, f"inputs: {inputs}\nequations:\n{lines}")
+    found: set[str] = set()
     try:
         plan = cordicc.compile(path, target="fixed24")
-    except CordiccError as error:
-        assert {d.code for d in error.diagnostics} == codes
-    else:
-        assert not codes
         assert set(plan.formats.values) >= {item["name"] for item in plan.problem["inputs"]}
+    except CordiccError as error:
+        found = {d.code for d in error.diagnostics}
+    assert found == codes
