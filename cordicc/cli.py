@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cordicc import __version__
+from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
 from cordicc.diagnostics import CordiccError, Diagnostic
 
@@ -64,7 +65,13 @@ def main() -> None:
     show_default=True,
     help="Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' wants a target with them.",
 )
-@click.option("--ii", type=_POSITIVE, default=1, show_default=True, help="Cycles between samples.")
+@click.option("--ii", type=_POSITIVE, help="Cycles between samples (initiation interval).  [default: 1]")
+@click.option(
+    "--rate",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="HZ",
+    help="Samples a second, instead of --ii: the longest interval that keeps up.",
+)
 @click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
 @click.option("--max-latency", type=click.IntRange(min=0), metavar="CYCLES", help="Most cycles.")
 @click.option(
@@ -76,10 +83,9 @@ def main() -> None:
 )
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Seconds(),
     metavar="SECONDS",
-    expose_value=False,
-    help="Emergency stop of searches; planning at interval 1 is exact without one, so nothing to stop.",
+    help="Emergency stop of searches, which otherwise end on deterministic work limits.",
 )
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
@@ -89,10 +95,12 @@ def compile_command(
     output: Path | None,
     target: str,
     units: str,
-    ii: int,
+    ii: int | None,
+    rate: float | None,
     max_processors: int | None,
     max_latency: int | None,
     minimize: str,
+    time_limit: float | None,
     print_after: str | None,
     as_json: bool,
     quiet: bool,
@@ -108,7 +116,10 @@ def compile_command(
     from cordicc.ir.text import print_graph
     from cordicc.plan_json import summary
     from cordicc.schedule.assemble import Limits
+    from cordicc.schedule.engine import Effort
+    from cordicc.schedule.request import interval_for
     from cordicc.summary import plan_text
+    from cordicc.targets.model import load_target
 
     names = pipeline.pass_names()
     if print_after is not None and print_after not in (*names, "all"):
@@ -118,7 +129,11 @@ def compile_command(
         if print_after in (name, "all"):
             click.echo(f"; after {name}\n{print_graph(graph)}", err=as_json)
 
-    options = pipeline.Options(target, units, Limits(minimize, ii, max_processors, max_latency))
+    if rate is not None and ii is not None:
+        raise click.UsageError("--ii and --rate exclude each other")
+    interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
+    limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
+    options = pipeline.Options(target, units, limits)
     compiled = pipeline.compile_file(file, options, watch)
     _tell(compiled.warnings)
     plan = compiled.plan
@@ -253,3 +268,5 @@ def targets(name: str | None) -> None:
 
 main.add_command(trace)
 main.add_command(sequences)
+main.add_command(schedule)
+main.add_command(explore)

@@ -1,33 +1,20 @@
-"""From the graph of unit operations to the plan: units, slots, FIFOs, counts."""
+"""From the graph of unit operations to the operations of a plan, which is then placed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 from cordicc.arith.formats import NumberSystem
-from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
+from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.ir.graph import Graph, Param, Value
 from cordicc.ir.ops import Level
-from cordicc.plan import Formats, Operand, Operation, Plan, Unit
-from cordicc.schedule.delays import delays
-from cordicc.schedule.fifo_lp import Goal, solve
-from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem, Sink, Task
-from cordicc.schedule.problem import Value as Wire
-from cordicc.targets.model import CAU_KINDS, SYSTEMS, Target, function_name
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What the user asks of the plan besides the equations."""
-
-    minimize: str = "processors"
-    initiation_interval: int = 1
-    max_processors: int | None = None
-    max_latency: int | None = None
+from cordicc.plan import Formats, Operand, Operation, Plan
+from cordicc.schedule.place import place
+from cordicc.schedule.request import Limits as Limits
+from cordicc.targets.model import SYSTEMS, Target, function_name
 
 
 def mode(op: str, params: Mapping[str, Any]) -> str:
@@ -53,7 +40,7 @@ def assemble(
     options: Mapping[str, Any],
     formats: Mapping[Value | str, dict[str, int]],
 ) -> Plan:
-    """Return the plan of a graph of unit operations at initiation interval 1.
+    """Return the plan of a graph of unit operations.
 
     Args:
         graph: leaves, arithmetic and unit operations only.
@@ -64,65 +51,31 @@ def assemble(
         formats: of values, and of outputs by name, as a plan states them; empty if the target implies them.
 
     Raises:
-        InvalidInput: an initiation interval that is not supported.
         Unattainable: no plan within the limits.
     """
-    if limits.initiation_interval != 1:
-        raise InvalidInput(
-            [
-                Diagnostic(
-                    "E401",
-                    f"initiation interval {limits.initiation_interval} is not supported",
-                    hint="this version plans one sample per cycle: --ii 1",
-                )
-            ]
-        )
     words = target.machine().system
     names = _names(graph)
     used = graph.used_results()
     operations = [_operation(graph, index, names, target, used, words) for index in sorted(names)]
-    caus = sum(o.kind in CAU_KINDS for o in operations)
-    if limits.max_processors is not None and caus > limits.max_processors:
-        message = f"the CAUs of the plan are {caus}, more than --max-processors {limits.max_processors}"
-        hint = f"every operation has a CAU of its own; the least is --max-processors {caus}"
-        raise _unattainable("E402", message, hint)
     outputs = {name: _operand(graph, names, v, name, words) for name, v in graph.outputs.items()}
-    wires = _wires(graph, operations, outputs)
-    schedulable = SchedulingProblem(tuple(Task(o.id, o.kind, o.finish - o.start) for o in operations), wires)
-    schedulable.check()
-    schedule = _solve(schedulable, limits)
-    stated = _formats(graph, names, formats)
-    widths = {wire.name: words.format(stated.values.get(wire.name)).width_bits for wire in wires}
-    fifos = delays(schedulable, schedule, widths)
-    units, placed = _place(operations, schedule)
-    return Plan(
+    unplaced = Plan(
         name=problem["name"],
         description=problem["description"],
         target=target.embedded(),
         problem=dict(problem),
         options=dict(options),
-        initiation_interval=1,
-        latency_cycles=schedule.latency,
-        cau_cycles=_cau_cycles(placed),
-        units=units,
-        operations=placed,
-        fifos=fifos,
+        initiation_interval=limits.initiation_interval,
+        latency_cycles=0,
+        cau_cycles=0,
+        units=(),
+        operations=tuple(operations),
+        fifos=(),
         outputs=outputs,
-        optimal={"processors": True, **schedule.optimal},
-        bounds={"processors": caus, **schedule.bounds},
-        formats=stated,
+        optimal={},
+        bounds={},
+        formats=_formats(graph, names, formats),
     )
-
-
-def _solve(problem: SchedulingProblem, limits: Limits) -> Schedule:
-    # At interval 1 every operation has its own unit, so the units' area is fixed and FIFO words decide it.
-    goal: Goal = "fifo" if limits.minimize in ("fifo", "area") else "latency"
-    try:
-        return solve(problem, goal, limits.max_latency)
-    except InfeasibleError:
-        least = problem.earliest().latency
-        message = f"the critical path takes {least} cycles, more than --max-latency {limits.max_latency}"
-        raise _unattainable("E403", message, f"the least that can be met is --max-latency {least}") from None
+    return place(unplaced, limits)
 
 
 def _names(graph: Graph) -> dict[int, str]:
@@ -208,47 +161,3 @@ def _operation(
         ),
         equation=node.origin,
     )
-
-
-def _wires(graph: Graph, operations: list[Operation], outputs: Mapping[str, Operand]) -> tuple[Wire, ...]:
-    """Return every value that something takes, inputs first."""
-    sinks: dict[str, list[Sink]] = {}
-    for operation in operations:
-        for port, operand in zip(operation.ports, operation.operands, strict=True):
-            if operand.value is not None:
-                sinks.setdefault(operand.value, []).append((operation.id, port))
-    for name, operand in outputs.items():
-        if operand.value is not None:
-            sinks.setdefault(operand.value, []).append((OUT, name))
-    inputs = [str(node.params[0]) for node in graph.nodes if node.op == "input"]
-    made = [(r, o.id) for o in operations for r in o.results if r is not None]
-    every: list[tuple[str, str | None]] = [(name, None) for name in inputs]
-    every += made
-    return tuple(Wire(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
-
-
-def _place(operations: list[Operation], schedule: Schedule) -> tuple[tuple[Unit, ...], tuple[Operation, ...]]:
-    """Give every operation its slot and a unit of its own; CAUs are numbered together."""
-    units: list[Unit] = []
-    placed: list[Operation] = []
-    count: dict[str, int] = {}
-    for operation in operations:
-        prefix = "cau" if operation.kind in CAU_KINDS else operation.kind
-        count[prefix] = count.get(prefix, 0) + 1
-        unit = Unit(f"{prefix}{count[prefix]}", operation.kind, operation.finish - operation.start)
-        start = schedule.start[operation.id]
-        units.append(unit)
-        placed.append(operation.at(unit.id, start, start + unit.latency))
-    return tuple(units), tuple(placed)
-
-
-def _cau_cycles(operations: tuple[Operation, ...]) -> int:
-    """Return the largest sum of CAU latencies on any path."""
-    longest: dict[str, int] = {}
-    best = 0
-    for operation in operations:
-        before = max((longest.get(o.value, 0) for o in operation.operands if o.value is not None), default=0)
-        total = before + (operation.finish - operation.start if operation.kind in CAU_KINDS else 0)
-        best = max(best, total)
-        longest |= {result: total for result in operation.results if result is not None}
-    return best

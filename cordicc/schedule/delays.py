@@ -12,8 +12,8 @@ def delays(problem: SchedulingProblem, schedule: Schedule, widths: Mapping[str, 
     """Return the FIFOs that delay every value to its consumers; `widths` in bits, by value.
 
     A value that consumers take after d1 < d2 < ... cycles gets one segment per step between these
-    taps; a consumer without a wait takes the value directly.  Ids f1, f2, ... follow the order of
-    the values, then of the taps.
+    taps, with an entry for each sample that may be in it; a consumer without a wait takes the value
+    directly.  Ids f1, f2, ... follow the order of the values, then of the taps.
     """
     wait = waits(problem, schedule.start, schedule.latency)
     fifos: list[Fifo] = []
@@ -29,6 +29,10 @@ def delays(problem: SchedulingProblem, schedule: Schedule, widths: Mapping[str, 
             id = f"f{len(fifos) + 1}"
             onward = [f"f{len(fifos) + 2}"] if position + 1 < len(cycles) else []
             sinks = (*(".".join(sink) for sink in taps[tap]), *onward)
-            fifos.append(Fifo(id, value.name, source, sinks, tap - reached, widths[value.name]))
+            fifos.append(
+                Fifo(
+                    id, value.name, source, sinks, -(-(tap - reached) // problem.interval), widths[value.name]
+                )
+            )
             reached, source = tap, id
     return tuple(fifos)

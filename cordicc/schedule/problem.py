@@ -1,20 +1,27 @@
 """The scheduling problem and its solution, as data.
 
-Initiation interval 1: every operation has a unit of its own and takes new operands every cycle, so
-only dependences constrain the starts and only FIFOs cost.
+A sample enters every `interval` cycles.  A pipelined unit takes one operation a cycle, and so one
+operation for each slot, a cycle modulo the interval.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
+from typing import Literal
 
 OUT = "out"
 """Stands for the operation in a sink that is an output: `("out", "theta")`."""
 
 Sink = tuple[str, str]
 """The id of an operation and the name of one of its operand ports; or `OUT` and an output."""
+
+
+Measure = Literal["entries", "cycles"]
+"""How FIFO words are counted, see `SchedulingProblem`."""
 
 
 class InfeasibleError(Exception):
@@ -48,13 +55,26 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class SchedulingProblem:
-    """Operations and the values between them.  All outputs leave together."""
+    """Operations and the values between them.  All outputs leave together.
+
+    `limits` gives the units of a kind; a kind that it lacks has as many as it takes.  The measure of
+    FIFO words is either entries, the sum of ceil(cycles / interval) over the segments between
+    consecutive taps of each value's delay, or cycles, the sum of each value's longest wait.
+    """
 
     operations: tuple[Task, ...]
     values: tuple[Value, ...]
+    interval: int = 1
+    limits: Mapping[str, int] = field(default_factory=dict)
+    measure: Measure = "entries"
 
     def check(self) -> None:
-        """Raise ValueError if an id repeats or is unknown, a latency is negative, or a cycle exists."""
+        """Raise ValueError if the problem is malformed, InfeasibleError if a kind has too few units.
+
+        Malformed: an id repeats or is unknown, a number is out of range, or operations form a cycle.
+        """
+        if self.interval < 1:
+            raise ValueError(f"the initiation interval is {self.interval}")
         tasks = {task.id: task for task in self.operations}
         _no_repeats("operation", (task.id for task in self.operations))
         _no_repeats("value", (value.name for value in self.values))
@@ -71,6 +91,27 @@ class SchedulingProblem:
                 if taker != OUT and taker not in tasks:
                     raise ValueError(f"value '{value.name}' goes to unknown operation '{taker}'")
         self.order()
+        for kind, count in self.counts().items():
+            limit = self.limits.get(kind, count)
+            if limit < 0:
+                raise ValueError(f"kind '{kind}' is limited to {limit} units")
+            if limit * self.interval < count:
+                raise InfeasibleError(
+                    f"{count} operations of kind '{kind}' need {self.fewest(count)} units "
+                    f"at interval {self.interval}, more than {limit}"
+                )
+
+    def counts(self) -> dict[str, int]:
+        """Return the number of operations of each kind."""
+        return dict(Counter(task.kind for task in self.operations))
+
+    def fewest(self, count: int) -> int:
+        """Return the least number of units that `count` operations of a kind need."""
+        return -(-count // self.interval)
+
+    def limited(self, limits: Mapping[str, int]) -> SchedulingProblem:
+        """Return the problem with other limits."""
+        return replace(self, limits=dict(limits))
 
     def edges(self) -> Iterator[tuple[str, str]]:
         """Yield (producer, taker) for every dependence between operations; pairs may repeat."""
@@ -90,7 +131,7 @@ class SchedulingProblem:
             raise ValueError(f"operations depend on one another: {' -> '.join(error.args[1])}") from None
 
     def earliest(self) -> Schedule:
-        """Return the schedule that starts everything as early as possible (ASAP)."""
+        """Return the schedule that starts everything as early as possible (ASAP), whatever the units."""
         before: dict[str, list[str]] = {task.id: [] for task in self.operations}
         for producer, taker in self.edges():
             before[taker].append(producer)
@@ -109,7 +150,9 @@ class SchedulingProblem:
 class Schedule:
     """Start cycles; `latency` is the cycle in which all outputs leave.
 
-    `optimal` and `bounds` speak of "latency" and "fifo_words", each with the goals before it held.
+    `figures`, `bounds` and `optimal` speak of goals by name, "latency" and "fifo_words" among them: what
+    was achieved, what no schedule undercuts that is as good in the goals before, and whether the two
+    meet, here and in all goals before.  `struck`: the emergency stop ended a search.
     """
 
     start: Mapping[str, int]
@@ -117,6 +160,8 @@ class Schedule:
     fifo_words: int
     optimal: Mapping[str, bool]
     bounds: Mapping[str, int]
+    figures: Mapping[str, int] = field(default_factory=dict)
+    struck: bool = False
 
 
 def waits(problem: SchedulingProblem, start: Mapping[str, int], latency: int) -> dict[Sink, int]:
@@ -130,10 +175,22 @@ def waits(problem: SchedulingProblem, start: Mapping[str, int], latency: int) ->
     return found
 
 
-def fifo_words(problem: SchedulingProblem, start: Mapping[str, int], latency: int) -> int:
-    """Return the FIFO words: for each value the longest wait of its consumers, summed."""
+def taps(problem: SchedulingProblem, start: Mapping[str, int], latency: int) -> dict[str, list[int]]:
+    """Return for every value that is taken the distinct waits of its consumers, ascending."""
     wait = waits(problem, start, latency)
-    return sum(max(wait[sink] for sink in value.consumers) for value in problem.values if value.consumers)
+    return {v.name: sorted({wait[sink] for sink in v.consumers}) for v in problem.values if v.consumers}
+
+
+def value_words(problem: SchedulingProblem, cycles: list[int]) -> int:
+    """Return the FIFO words of a value whose consumers wait so many cycles, ascending."""
+    if problem.measure == "cycles":
+        return cycles[-1]
+    return sum(-(-(b - a) // problem.interval) for a, b in pairwise([0, *cycles]))
+
+
+def fifo_words(problem: SchedulingProblem, start: Mapping[str, int], latency: int) -> int:
+    """Return the FIFO words of a schedule, by the problem's measure."""
+    return sum(value_words(problem, cycles) for cycles in taps(problem, start, latency).values())
 
 
 def _no_repeats(what: str, ids: Iterable[str]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cordicc.plan import Fifo, Operation, Plan
+from cordicc.plan import Fifo, Operation, Plan, Unit
 from cordicc.targets.model import CAU_KINDS
 
 
@@ -25,7 +25,8 @@ def verify(plan: Plan) -> None:
     """Raise AssertionError unless the plan can run as it stands and counts itself correctly.
 
     Covered: unique ids, dependences, units (latency, one operation a slot), FIFO chains and their
-    depths, nothing dangling, latency, CAU cycles, FIFO words.
+    depths, nothing dangling, multiplexers and control words, latency, CAU cycles, FIFO words.  Takes time
+    linear in the size of the plan.
     """
     _require(plan.initiation_interval >= 1, f"initiation interval {plan.initiation_interval}")
     _unique("operation", (operation.id for operation in plan.operations))
@@ -33,17 +34,19 @@ def verify(plan: Plan) -> None:
     _unique("FIFO", (fifo.id for fifo in plan.fifos))
     named = (name for operation in plan.operations for name in operation.results if name)
     _unique("value", [*_inputs(plan), *named])
+    units = {unit.id: unit for unit in plan.units}
     for operation in plan.operations:
-        _check_operation(plan, operation)
+        _check_operation(plan, units.get(operation.unit), operation)
     _check_slots(plan)
     uses = _uses(plan)
-    _check_uses(plan, uses)
-    _check_fifos(plan, uses)
+    ready = _ready(plan)
+    _check_uses(plan, uses, ready)
+    _check_fifos(plan, uses, ready)
+    _check_control(plan)
     _check_sums(plan)
 
 
-def _check_operation(plan: Plan, operation: Operation) -> None:
-    unit = next((unit for unit in plan.units if unit.id == operation.unit), None)
+def _check_operation(plan: Plan, unit: Unit | None, operation: Operation) -> None:
     _require(unit is not None, f"{operation.id}: unknown unit '{operation.unit}'")
     assert unit is not None
     _require(unit.kind == operation.kind, f"{operation.id}: kind {operation.kind} on a {unit.kind} unit")
@@ -86,35 +89,42 @@ def _uses(plan: Plan) -> dict[str, _Use]:
     return found
 
 
-def _check_uses(plan: Plan, uses: dict[str, _Use]) -> None:
-    ready = _ready(plan)
+def _check_uses(plan: Plan, uses: dict[str, _Use], ready: dict[str, int]) -> None:
     for use in uses.values():
         _require(use.value in ready, f"{use.sink}: takes unknown value '{use.value}'")
         _require(
             ready[use.value] <= use.cycle,
             f"{use.sink}: takes '{use.value}' in cycle {use.cycle}, ready in {ready[use.value]}",
         )
-    taken = {use.value for use in uses.values()}
+    accounted_for = {use.value for use in uses.values()} | set(_inputs(plan))
     for name in ready:
-        _require(name in taken or name in _inputs(plan), f"nobody takes '{name}'")
-    _check_acyclic(plan)
+        _require(name in accounted_for, f"nobody takes '{name}'")
+    order = _dependence_order(plan)
+    stuck = [operation.id for operation in plan.operations if operation.id not in order]
+    # Operations of zero latency could depend on one another within a cycle.
+    _require(not stuck, f"operations depend on one another: {', '.join(stuck)}")
 
 
-def _check_acyclic(plan: Plan) -> None:
-    """Operations of zero latency could depend on one another within a cycle."""
+def _dependence_order(plan: Plan) -> dict[str, Operation]:
+    """Return the operations by id, each after those it takes values of; those in a loop are missing."""
     maker = {name: operation.id for operation in plan.operations for name in operation.results if name}
-    waiting = {
-        operation.id: {maker[o.value] for o in operation.operands if o.value in maker}
-        for operation in plan.operations
-    }
-    while waiting:
-        free = [id for id, before in waiting.items() if not before & waiting.keys()]
-        _require(bool(free), f"operations depend on one another: {', '.join(waiting)}")
-        for id in free:
-            del waiting[id]
+    takers: dict[str, list[Operation]] = {}
+    missing: dict[str, int] = {}
+    for operation in plan.operations:
+        before = {maker[o.value] for o in operation.operands if o.value in maker}
+        missing[operation.id] = len(before)
+        for id in before:
+            takers.setdefault(id, []).append(operation)
+    free = [operation for operation in plan.operations if not missing[operation.id]]
+    for operation in free:
+        for taker in takers.get(operation.id, ()):
+            missing[taker.id] -= 1
+            if not missing[taker.id]:
+                free.append(taker)
+    return {operation.id: operation for operation in free}
 
 
-def _check_fifos(plan: Plan, uses: dict[str, _Use]) -> None:
+def _check_fifos(plan: Plan, uses: dict[str, _Use], ready: dict[str, int]) -> None:
     """Follow every value from its source along the segments."""
     fifos = {fifo.id: fifo for fifo in plan.fifos}
     _unique("FIFO sink", (sink for fifo in plan.fifos for sink in fifo.sinks))
@@ -134,11 +144,10 @@ def _check_fifos(plan: Plan, uses: dict[str, _Use]) -> None:
     seen: set[str] = set()
     for head in plan.fifos:
         if head.id not in onward:
-            for fifo in _check_chain(plan, head, fifos, uses):
+            for fifo in _check_chain(head, fifos, uses, ready[head.value], plan.initiation_interval):
                 seen.add(fifo.id)
                 delayed.update(fifo.sinks)
     _require(len(seen) == len(fifos), f"FIFOs in a ring: {', '.join(sorted(fifos.keys() - seen))}")
-    ready = _ready(plan)
     for use in uses.values():
         wait = use.cycle - ready[use.value]
         _require(
@@ -146,9 +155,10 @@ def _check_fifos(plan: Plan, uses: dict[str, _Use]) -> None:
         )
 
 
-def _check_chain(plan: Plan, head: Fifo, fifos: dict[str, Fifo], uses: dict[str, _Use]) -> list[Fifo]:
-    """Check the taps and depths of a chain; return its segments."""
-    arrival = _ready(plan)[head.value]
+def _check_chain(
+    head: Fifo, fifos: dict[str, Fifo], uses: dict[str, _Use], arrival: int, interval: int
+) -> list[Fifo]:
+    """Check the taps and depths of a chain that a value enters on its arrival; return its segments."""
     chain = [head]
     while True:
         fifo = chain[-1]
@@ -157,7 +167,7 @@ def _check_chain(plan: Plan, head: Fifo, fifos: dict[str, Fifo], uses: dict[str,
         _require(len(following) <= 1, f"{fifo.id}: goes on into several FIFOs")
         _require(len(taps) == 1, f"{fifo.id}: its sinks read in cycles {sorted(taps)}, expected one")
         wait = taps.pop() - arrival
-        depth = -(-wait // plan.initiation_interval)
+        depth = -(-wait // interval)
         _require(depth >= 1 and fifo.depth == depth, f"{fifo.id}: depth {fifo.depth} for {wait} cycles")
         if not following:
             return chain
@@ -165,9 +175,43 @@ def _check_chain(plan: Plan, head: Fifo, fifos: dict[str, Fifo], uses: dict[str,
         chain.append(following[0])
 
 
+def _check_control(plan: Plan) -> None:
+    """Check the multiplexers and control words of shared units."""
+    feeder = {sink: f"fifo {fifo.id}" for fifo in plan.fifos for sink in fifo.sinks}
+    source = {name: f"input {name}" for name in _inputs(plan)}
+    on: dict[str, list[Operation]] = {}
+    for operation in plan.operations:
+        on.setdefault(operation.unit, []).append(operation)
+        for name in operation.results:
+            if name:
+                source[name] = f"unit {operation.unit}.{name.rpartition('.')[2]}"
+    for unit in plan.units:
+        if not unit.control and not unit.inputs:
+            continue
+        words = {word.operation: word for word in unit.control}
+        held = [operation.id for operation in on.get(unit.id, ())]
+        _require(sorted(words) == sorted(held), f"{unit.id}: control words of other operations")
+        _require(len(words) == len(unit.control), f"{unit.id}: an operation has several control words")
+        for operation in on[unit.id]:
+            word = words[operation.id]
+            _require(word.slot == operation.start % plan.initiation_interval, f"{operation.id}: wrong slot")
+            _require(len(word.select) == len(operation.ports), f"{operation.id}: ports without a selection")
+            for port, operand, inputs, chosen in zip(
+                operation.ports, operation.operands, unit.inputs, word.select, strict=False
+            ):
+                sink = f"{operation.id}.{port}"
+                wanted = f"constant {operand.constant}"
+                if operand.value is not None:
+                    wanted = feeder.get(sink, source[operand.value])
+                given = inputs[chosen] if 0 <= chosen < len(inputs) else "nothing"
+                _require(given == wanted, f"{sink}: selects {given}, expected {wanted}")
+            _require(len(unit.inputs) >= len(operation.ports), f"{unit.id}: ports without inputs")
+
+
 def _check_sums(plan: Plan) -> None:
     words = sum(fifo.depth for fifo in plan.fifos)
-    achieved = {"latency": plan.latency_cycles, "fifo_words": words}
+    caus = sum(unit.kind in CAU_KINDS for unit in plan.units)
+    achieved = {"processors": caus, "latency": plan.latency_cycles, "fifo_words": words}
     for name, figure in achieved.items():
         bound = plan.bounds.get(name)
         if bound is not None:
@@ -181,20 +225,12 @@ def _check_sums(plan: Plan) -> None:
 def _cau_cycles(plan: Plan) -> int:
     """Return the largest sum of CAU stages on any path."""
     longest = dict.fromkeys(_inputs(plan), 0)
-    todo = list(plan.operations)
     best = 0
-    while todo:
-        rest: list[Operation] = []
-        for operation in todo:
-            taken = [operand.value for operand in operation.operands if operand.value is not None]
-            if any(name not in longest for name in taken):
-                rest.append(operation)
-                continue
-            own = operation.finish - operation.start if operation.kind in CAU_KINDS else 0
-            total = own + max((longest[name] for name in taken), default=0)
-            best = max(best, total)
-            longest.update((name, total) for name in operation.results if name)
-        todo = rest
+    for operation in _dependence_order(plan).values():
+        own = operation.finish - operation.start if operation.kind in CAU_KINDS else 0
+        total = own + max((longest[o.value] for o in operation.operands if o.value is not None), default=0)
+        best = max(best, total)
+        longest.update((name, total) for name in operation.results if name)
     return best
 
 

@@ -1,0 +1,116 @@
+"""The commands around scheduling: `cordicc schedule` and `cordicc explore`."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+_FILE = click.Path(path_type=Path)
+
+
+class Seconds(click.FloatRange):
+    """A positive, finite time."""
+
+    name = "seconds"
+
+    def __init__(self) -> None:
+        super().__init__(min=0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number; usage error for one that is not finite."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number", param, ctx)
+        return number
+
+
+@click.command()
+@click.argument("graph", type=_FILE, metavar="GRAPH.json")
+@click.option("-o", "--output", type=_FILE, metavar="OUT.json", help="Write here instead of stdout.")
+@click.option("--time-limit", type=Seconds(), metavar="SECONDS", help="Emergency stop of searches.")
+def schedule(graph: Path, output: Path | None, time_limit: float | None) -> None:
+    """Schedule a bare graph of operations.
+
+    GRAPH.json has initiation_interval, minimize (latency, fifo or processors), kinds (latency and limit),
+    operations (id and kind) and edges.  FIFO words are the longest waits of the values, in cycles.
+
+    \b
+    cordicc schedule graph.json -o schedule.json
+    """  # noqa: D301
+    import json
+
+    from cordicc.files import read_text, write_file
+    from cordicc.schedule.bare import parse_graph, schedule_graph
+    from cordicc.schedule.engine import Effort
+    from cordicc.schedule.verify_bare import verify_bare
+
+    text = read_text(graph)
+    answer = schedule_graph(parse_graph(text, str(graph)), Effort(words=10.0, seconds=time_limit))
+    verify_bare(json.loads(text), answer)
+    written = json.dumps(answer, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    if output is None or str(output) == "-":
+        click.echo(written, nl=False)
+        return
+    write_file(output, written)
+    for name, bound in answer["bounds"].items():
+        proven = "proven optimal" if answer["optimal"][name] else f"at least {bound}"
+        figure = answer[name] if name in answer else len(set(answer["unit"].values()))
+        click.echo(f"{name.replace('_', ' ')} {figure} ({proven})")
+
+
+@click.command()
+@click.argument("file", type=_FILE)
+@click.option(
+    "--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'."
+)
+@click.option(
+    "--units", type=click.Choice(["auto", "standard", "implicit"]), default="auto", show_default=True
+)
+@click.option(
+    "--copies",
+    type=click.IntRange(1, 64),
+    default=1,
+    show_default=True,
+    help="Instances of the problem that share the units.",
+)
+@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes.  [default: one a core]")
+@click.option("--cluster", metavar="ADDRESS", help="Address of a Dask scheduler to work on instead.")
+@click.option(
+    "-o", "--output", type=_FILE, metavar="FILE.svg", help="Plot.  [default: build/<name>/explore.svg]"
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the points as one JSON object.")
+def explore(
+    file: Path,
+    target: str,
+    units: str,
+    copies: int,
+    jobs: int | None,
+    cluster: str | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Find the trade-off of processors, latency, interval and FIFO words of a problem FILE.
+
+    \b
+    cordicc explore arm.yaml
+    cordicc explore leg.yaml --copies 6 --json
+    """  # noqa: D301
+    from cordicc import explore as study
+    from cordicc.backends import front
+    from cordicc.files import write_file, write_files
+
+    def progress(done: int, count: int) -> None:
+        if sys.stderr.isatty():
+            click.echo(f"\r{done}/{count} points", err=True, nl=done == count)
+
+    result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
+    picture = front.render(result.title, [point.mark() for point in result.points])
+    if output is None:
+        write_files(Path("build") / result.name, {"explore.svg": picture})
+    else:
+        write_file(output, picture)
+    click.echo(study.as_json(result) if as_json else study.as_text(result), nl=False)

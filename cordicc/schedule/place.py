@@ -1,0 +1,119 @@
+"""From the operations of a plan to a finished one: starts, FIFOs, units, counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from cordicc.arith.machine import Arithmetic
+from cordicc.plan import Fifo, Operand, Operation, Plan, Unit
+from cordicc.schedule.binding import bind, wiring
+from cordicc.schedule.control import controlled
+from cordicc.schedule.delays import delays
+from cordicc.schedule.problem import OUT, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.request import Limits, goals, scheduled
+from cordicc.targets.model import CAU_KINDS
+
+_FIGURES = ("processors", "latency", "fifo_words")
+
+
+def place(plan: Plan, limits: Limits) -> Plan:
+    """Return the plan scheduled anew, with the same operations in the same order.
+
+    Starts, units and FIFOs that the plan has do not matter; latencies are taken from its operations.
+    Raises Unattainable if no plan is within the limits.
+    """
+    interval = limits.initiation_interval
+    problem = scheduling_problem(plan, interval)
+    system = Arithmetic.from_spec(plan.target["arithmetic"]).system
+    widths = {v.name: system.format(plan.formats.values.get(v.name)).width_bits for v in problem.values}
+    order = goals(limits.minimize, plan.target, tuple(problem.counts()), widths)
+    schedule = scheduled(problem, order, limits)
+    fifos = delays(problem, schedule, widths)
+    started = [o.at("", schedule.start[o.id], schedule.start[o.id] + _cycles(o)) for o in plan.operations]
+    kinds = {task.id: task.kind for task in problem.operations}
+    units, operations = _bound(started, kinds, fifos, interval)
+    return replace(
+        plan,
+        options={**plan.options, **({"time_limit_struck": True} if schedule.struck else {})},
+        initiation_interval=interval,
+        latency_cycles=schedule.latency,
+        cau_cycles=_cau_cycles(operations),
+        units=units,
+        operations=operations,
+        fifos=fifos,
+        optimal={name: schedule.optimal[name] for name in _FIGURES},
+        bounds={name: schedule.bounds[name] for name in _FIGURES},
+    )
+
+
+def scheduling_problem(plan: Plan, interval: int) -> SchedulingProblem:
+    """Return the problem of a plan's operations."""
+    tasks = tuple(Task(o.id, _shared_kind(o), _cycles(o)) for o in plan.operations)
+    return SchedulingProblem(tasks, _values(plan), interval)
+
+
+def _cycles(operation: Operation) -> int:
+    return operation.finish - operation.start
+
+
+def _shared_kind(operation: Operation) -> str:
+    """Return the name under which operations may share a unit: its kind, and what it is built for.
+
+    A product with a constant is built for that constant.  Logic without a register is not shared: its
+    multiplexers would cost more than it, and could close combinational loops.
+    """
+    if _cycles(operation) == 0:
+        return f"{operation.kind} {operation.id}"
+    constant = operation.params.get("factor", operation.params.get("exponent"))
+    return operation.kind if constant is None else f"{operation.kind} {constant}"
+
+
+def _values(plan: Plan) -> tuple[Value, ...]:
+    """Return every value that something takes, inputs first."""
+    sinks: dict[str, list[Sink]] = {}
+
+    def take(operand: Operand, sink: Sink) -> None:
+        if operand.value is not None:
+            sinks.setdefault(operand.value, []).append(sink)
+
+    for operation in plan.operations:
+        for port, operand in zip(operation.ports, operation.operands, strict=True):
+            take(operand, (operation.id, port))
+    for name, operand in plan.outputs.items():
+        take(operand, (OUT, name))
+    every: list[tuple[str, str | None]] = [(item["name"], None) for item in plan.problem["inputs"]]
+    every += [(r, o.id) for o in plan.operations for r in o.results if r is not None]
+    return tuple(Value(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
+
+
+def _bound(
+    operations: Sequence[Operation], kinds: Mapping[str, str], fifos: Sequence[Fifo], interval: int
+) -> tuple[tuple[Unit, ...], tuple[Operation, ...]]:
+    """Bind every operation to a unit; units are numbered by first use, CAUs together."""
+    binding = bind(wiring(operations, kinds, fifos, interval))
+    names: dict[tuple[str, int], str] = {}
+    units: list[Unit] = []
+    bound: list[Operation] = []
+    count: dict[str, int] = {}
+    for operation in operations:
+        key = kinds[operation.id], binding[operation.id]
+        if key not in names:
+            prefix = "cau" if operation.kind in CAU_KINDS else operation.kind
+            count[prefix] = count.get(prefix, 0) + 1
+            names[key] = f"{prefix}{count[prefix]}"
+            units.append(Unit(names[key], operation.kind, _cycles(operation)))
+        bound.append(operation.at(names[key], operation.start, operation.finish))
+    return controlled(units, bound, fifos, interval), tuple(bound)
+
+
+def _cau_cycles(operations: tuple[Operation, ...]) -> int:
+    """Return the largest sum of CAU latencies on any path."""
+    longest: dict[str, int] = {}
+    best = 0
+    for operation in operations:
+        before = max((longest.get(o.value, 0) for o in operation.operands if o.value is not None), default=0)
+        total = before + (_cycles(operation) if operation.kind in CAU_KINDS else 0)
+        best = max(best, total)
+        longest |= {result: total for result in operation.results if result is not None}
+    return best
