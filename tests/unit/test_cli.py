@@ -105,7 +105,6 @@ def test_limits(tmp_path: Path) -> None:
     ("arguments", "code"),
     [
         (["--units", "implicit", "--target", "imscor24"], "E404"),
-
         (["--target", "no-such-target"], "E501"),
     ],
 )
