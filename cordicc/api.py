@@ -19,7 +19,7 @@ from cordicc.ir.problem import Problem
 from cordicc.observation import machine_of
 from cordicc.plan import Plan as PlanData
 from cordicc.plan_json import dump, parse
-from cordicc.schedule.assemble import Limits
+from cordicc.schedule.request import Limits
 from cordicc.targets.model import DEFAULT_TARGET
 
 

@@ -88,6 +88,7 @@ def main() -> None:
     help="Emergency stop of searches, which otherwise end on deterministic work limits.",
 )
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
+@click.option("--explain", is_flag=True, help="Print how each operation came about.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no summary.")
 def compile_command(
@@ -102,6 +103,7 @@ def compile_command(
     minimize: str,
     time_limit: float | None,
     print_after: str | None,
+    explain: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -115,10 +117,9 @@ def compile_command(
     from cordicc.files import write_files
     from cordicc.ir.text import print_graph
     from cordicc.plan_json import summary
-    from cordicc.schedule.assemble import Limits
     from cordicc.schedule.engine import Effort
-    from cordicc.schedule.request import interval_for
-    from cordicc.summary import plan_text
+    from cordicc.schedule.request import Limits, interval_for
+    from cordicc.summary import explanation_text, plan_text
     from cordicc.targets.model import load_target
 
     names = pipeline.pass_names()
@@ -139,6 +140,8 @@ def compile_command(
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
     write_files(folder, pipeline.artefacts(plan))
+    if explain:
+        click.echo(explanation_text(plan), err=as_json)
     if as_json:
         click.echo(summary(plan), nl=False)
     elif not quiet:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,19 +15,23 @@ from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.guard_bits import fewest_guard_bits
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph
 from cordicc.ir.verify import verify as verify_graph
 from cordicc.observation import DEFAULT_SEED, machine_of, observe
-from cordicc.plan import Plan
+from cordicc.plan import Plan, Selection
 from cordicc.plan_check import check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
 from cordicc.record import problem_data
 from cordicc.rewrite.base import Context
+from cordicc.rewrite.cheapest import Choice, cheapest
+from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.passes import default_passes
-from cordicc.schedule.assemble import Limits, assemble
+from cordicc.schedule.assemble import assemble
+from cordicc.schedule.place import figures, place
+from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.word_lengths import formats, magnitudes
@@ -84,52 +88,65 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     loaded = read_problem(path)
     target = load_target(options.target)
-    # Rewriting is free of the target but for one question: are there implicit CAUs?
-    implicit = _implicit_allowed(options.units, target)
-    graph = rewrite(loaded.problem, implicit=implicit, goal=options.limits.minimize, watch=watch)
-    if isinstance(target.machine().system, FixedSystem):
-        return _fixed_point_plan(path, loaded, graph, target, options)
-    record = problem_data(loaded.problem, loaded.warnings)
-    return Compiled(_scheduled(path, graph, target, options, record, {}), tuple(loaded.warnings))
+    plans = []
+    # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
+    for implicit in _implicit_choices(options, target):
+        choice = rewrite(loaded.problem, target, implicit=implicit, goal=options.limits.minimize, watch=watch)
+        # Scheduling sees unit operations with their latencies only.
+        unplaced, warnings = _assembled(path, loaded, choice, target, options)
+        plans.append((place(unplaced, options.limits), warnings))
+    plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
+    verify_plan(plan)
+    return Compiled(plan, warnings)
 
 
-def _fixed_point_plan(
-    path: Path, loaded: LoadedProblem, graph: Graph, target: Target, options: Options
-) -> Compiled:
-    """Choose a binary point for every value, and as many guard bits as the accuracy needs."""
+def _assembled(
+    path: Path, loaded: LoadedProblem, choice: Choice, target: Target, options: Options
+) -> tuple[Plan, tuple[Diagnostic, ...]]:
+    """Return the operations of a plan; on fixed point with a binary point for every value."""
+    recorded = _recorded(path, options)
+    selection = Selection(choice.searched, choice.proven)
+    warnings, graph = tuple(loaded.warnings), choice.graph
+    if not isinstance(target.machine().system, FixedSystem):
+        record = problem_data(loaded.problem, warnings)
+        plan = assemble(
+            graph,
+            target,
+            problem=record,
+            options=recorded,
+            formats={},
+            steps=choice.steps,
+            selection=selection,
+        )
+        return plan, warnings
     held = magnitudes(loaded.problem, loaded.source, graph)
-    warnings = (*loaded.warnings, *held.warnings)
+    warnings = (*warnings, *held.warnings)
     record = problem_data(loaded.problem, warnings)
 
     def plan_for(target: Target) -> Plan:
         system = target.machine().system
         assert isinstance(system, FixedSystem)
-        return _scheduled(path, graph, target, options, record, formats(held, graph, system))
+        return assemble(
+            graph,
+            target,
+            problem=record,
+            options=recorded,
+            formats=formats(held, graph, system),
+            steps=choice.steps,
+            selection=selection,
+        )
 
     if not target.guard_is_open:
-        return Compiled(plan_for(target), warnings)
+        return plan_for(target), warnings
+    # As many guard bits as the accuracy needs.
     plan = fewest_guard_bits(record, lambda guard: plan_for(load_target(options.target, guard)))
-    return Compiled(plan, warnings)
+    return plan, warnings
 
 
-def _scheduled(
-    path: Path,
-    graph: Graph,
-    target: Target,
-    options: Options,
-    record: Mapping[str, Any],
-    formats: Mapping[Value | str, dict[str, int]],
-) -> Plan:
-    # Scheduling sees unit operations with their latencies only.
-    plan = assemble(
-        graph, target, options.limits, problem=record, options=_recorded(path, options), formats=formats
-    )
-    verify_plan(plan)
-    return plan
-
-
-def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None = None) -> Graph:
-    """Return the graph of unit operations that computes a problem's outputs."""
+def rewrite(
+    problem: Problem, target: Target, *, implicit: bool, goal: str, watch: Watch | None = None
+) -> Choice:
+    """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
     context = Context(input_intervals(problem), goal)
     graph = problem.graph
     verify_graph(graph)
@@ -140,14 +157,18 @@ def rewrite(problem: Problem, *, implicit: bool, goal: str, watch: Watch | None 
         verify_graph(graph)
         if watch is not None:
             watch(step.name, graph)
-    verify_graph(graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
-    check_meaning(problem, graph)
-    return graph
+    # One realisation is certain now; around it the search looks for the cheapest.
+    choice = cheapest(problem, graph, context, Costs.of(target, implicit=implicit))
+    if watch is not None:
+        watch("search", choice.graph)
+    verify_graph(choice.graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
+    check_meaning(problem, choice.graph)
+    return choice
 
 
 def pass_names() -> tuple[str, ...]:
     """Return the names that `--print-after` knows."""
-    return ("frontend", *dict.fromkeys(step.name for step in default_passes(implicit=False)))
+    return ("frontend", *dict.fromkeys(step.name for step in default_passes(implicit=False)), "search")
 
 
 def artefacts(plan: Plan) -> dict[str, str]:
@@ -162,11 +183,18 @@ def picture(plan: Plan, view: str) -> str:
     return views[view](plan)
 
 
-def _implicit_allowed(units: str, target: Target) -> bool:
-    if units == "implicit" and not target.has_implicit:
+def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
+    """Return whether implicit CAUs may be used; both if plans with and without them must be compared.
+
+    Where operations share units over time, one kind of CAU may do with fewer than two.
+    """
+    if options.units == "implicit" and not target.has_implicit:
         message = f"target '{target.name}' has no implicit CAUs"
         raise InvalidInput([Diagnostic("E404", message, hint="use --units auto, or another --target")])
-    return target.has_implicit and units != "standard"
+    if not target.has_implicit or options.units == "standard":
+        return (False,)
+    shared = options.units == "auto" and options.limits.initiation_interval > 1
+    return (True, False) if shared else (True,)
 
 
 def _recorded(path: Path, options: Options) -> dict[str, Any]:

@@ -53,7 +53,8 @@ class Operation:
 
     `op` and `params` are those of the graph (`cordicc.ir.ops`), `mode` says the same in words.
     `start` is the cycle in which the operands enter, `finish` the one from which results are usable.
-    `results` names the value of each result port, None where nobody takes it.
+    `results` names the value of each result port, None where nobody takes it.  `derivation` is the chain of
+    rewriting steps, in words and formulas, that led from the equation to it; empty if the equation says it.
     """
 
     id: str
@@ -68,6 +69,7 @@ class Operation:
     operands: tuple[Operand, ...]
     results: tuple[str | None, ...]
     equation: str
+    derivation: tuple[str, ...] = ()
 
     def at(self, unit: str, start: int, finish: int) -> Operation:
         """Return the operation bound to a unit and a slot."""
@@ -88,6 +90,14 @@ class Fifo:
     sinks: tuple[str, ...]
     depth: int
     width: int
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them."""
+
+    searched: bool = False
+    proven: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +131,7 @@ class Plan:
     bounds: dict[str, int]
     accuracy: dict[str, Any] = field(default_factory=dict)
     formats: Formats = field(default_factory=Formats)
+    selection: Selection = field(default_factory=Selection)
 
     @property
     def clock_hz(self) -> float:

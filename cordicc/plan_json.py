@@ -10,7 +10,18 @@ from importlib.resources import files
 from typing import Any
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Source
-from cordicc.plan import FORMAT, VERSION, ControlWord, Fifo, Formats, Operand, Operation, Plan, Unit
+from cordicc.plan import (
+    FORMAT,
+    VERSION,
+    ControlWord,
+    Fifo,
+    Formats,
+    Operand,
+    Operation,
+    Plan,
+    Selection,
+    Unit,
+)
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
@@ -58,6 +69,7 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": plan.optimal,
         "bounds": plan.bounds,
+        "selection": {"searched": plan.selection.searched, "proven": plan.selection.proven},
         "formats": {"values": plan.formats.values, "outputs": plan.formats.outputs},
         "accuracy": plan.accuracy,
     }
@@ -95,6 +107,7 @@ def _operation(operation: Operation) -> dict[str, Any]:
         "operands": [_operand(o) for o in operation.operands],
         "results": list(operation.results),
         "equation": operation.equation,
+        "derivation": list(operation.derivation),
     }
 
 
@@ -262,6 +275,7 @@ def _plan(data: dict[str, Any]) -> Plan:
         return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
 
     formats = data.get("formats", {"values": {}, "outputs": {}})
+    selection = data.get("selection", {"searched": False, "proven": False})
     return Plan(
         name=data["name"],
         description=data["description"],
@@ -286,6 +300,7 @@ def _plan(data: dict[str, Any]) -> Plan:
                 operands=tuple(operand(item) for item in o["operands"]),
                 results=tuple(o["results"]),
                 equation=o["equation"],
+                derivation=tuple(o.get("derivation", ())),
             )
             for o in data["operations"]
         ),
@@ -298,4 +313,5 @@ def _plan(data: dict[str, Any]) -> Plan:
         bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
         formats=Formats(formats["values"], delivered(formats["outputs"])),
         accuracy=delivered(data["accuracy"]),
+        selection=Selection(selection["searched"], selection["proven"]),
     )

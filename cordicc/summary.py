@@ -40,6 +40,7 @@ def plan_text(plan: Plan) -> str:
     rows = [
         ("processors", f"{count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
         ("operators", ", ".join(others) or "none"),
+        ("chosen", _chosen(plan)),
         (
             "latency",
             f"{count(plan.latency_cycles, 'cycle')}, {_seconds(plan.latency_seconds)} ({proven['latency']})",
@@ -58,6 +59,23 @@ def plan_text(plan: Plan) -> str:
         rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
     lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
     return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
+
+
+def _chosen(plan: Plan) -> str:
+    """Say how the operations were chosen."""
+    if not plan.selection.searched:
+        return "as the rules give them, without a search"
+    return "the cheapest of the alternatives found, " + ("proven" if plan.selection.proven else "not proven")
+
+
+def explanation_text(plan: Plan) -> str:
+    """Return, for each operation, the equation it came from and the steps that led to it."""
+    lines = [f"{plan.name}: where the operations come from", ""]
+    for operation in plan.operations:
+        source = f"from the equation of {operation.equation}" if operation.equation else "from no equation"
+        lines.append(f"  {operation.id}  {operation.mode} on {operation.unit}, {source}")
+        lines += [f"      {step}" for step in operation.derivation]
+    return "\n".join(lines) + "\n"
 
 
 def _proven(plan: Plan, name: str) -> str:

@@ -78,6 +78,10 @@ def render(plan: Plan) -> str:
         ],
         warnings=plan.problem.get("warnings", []),
         operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
+        derived=[item for item in plan.operations if item.derivation],
+        chosen="proven the cheapest of the alternatives found"
+        if plan.selection.proven
+        else "the cheapest alternatives found, not proven to be",
         fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
         words=sum(fifo.depth for fifo in plan.fifos),
         formats=_formats(plan),

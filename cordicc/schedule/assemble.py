@@ -1,8 +1,9 @@
-"""From the graph of unit operations to the operations of a plan, which is then placed."""
+"""From the graph of unit operations to the operations of a plan, yet to be placed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -11,9 +12,7 @@ from cordicc.arith.formats import NumberSystem
 from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.ir.graph import Graph, Param, Value
 from cordicc.ir.ops import Level
-from cordicc.plan import Formats, Operand, Operation, Plan
-from cordicc.schedule.place import place
-from cordicc.schedule.request import Limits as Limits
+from cordicc.plan import Formats, Operand, Operation, Plan, Selection
 from cordicc.targets.model import SYSTEMS, Target, function_name
 
 
@@ -34,37 +33,44 @@ def mode(op: str, params: Mapping[str, Any]) -> str:
 def assemble(
     graph: Graph,
     target: Target,
-    limits: Limits,
     *,
     problem: Mapping[str, Any],
     options: Mapping[str, Any],
     formats: Mapping[Value | str, dict[str, int]],
+    steps: Mapping[int, tuple[str, ...]],
+    selection: Selection,
 ) -> Plan:
-    """Return the plan of a graph of unit operations.
+    """Return the plan of a graph of unit operations, without units and with every start at 0.
+
+    It can be run, but not clock by clock; `cordicc.schedule.place` gives it its schedule.
 
     Args:
         graph: leaves, arithmetic and unit operations only.
         target: the units and their latencies.
-        limits: goals and limits.
         problem: what the plan records of the problem.
         options: what it records of the command.
         formats: of values, and of outputs by name, as a plan states them; empty if the target implies them.
+        steps: of rewriting, by node.
+        selection: how the graph was chosen.
 
     Raises:
-        Unattainable: no plan within the limits.
+        Unattainable: the target has no unit for an operation, or no word for a constant.
     """
     words = target.machine().system
     names = _names(graph)
     used = graph.used_results()
-    operations = [_operation(graph, index, names, target, used, words) for index in sorted(names)]
+    operations = [
+        replace(_operation(graph, i, names, target, used, words), derivation=steps.get(i, ()))
+        for i in sorted(names)
+    ]
     outputs = {name: _operand(graph, names, v, name, words) for name, v in graph.outputs.items()}
-    unplaced = Plan(
+    return Plan(
         name=problem["name"],
         description=problem["description"],
         target=target.embedded(),
         problem=dict(problem),
         options=dict(options),
-        initiation_interval=limits.initiation_interval,
+        initiation_interval=1,
         latency_cycles=0,
         cau_cycles=0,
         units=(),
@@ -74,8 +80,8 @@ def assemble(
         optimal={},
         bounds={},
         formats=_formats(graph, names, formats),
+        selection=selection,
     )
-    return place(unplaced, limits)
 
 
 def _names(graph: Graph) -> dict[int, str]:

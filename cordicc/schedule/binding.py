@@ -78,7 +78,8 @@ def bind(wires: Wiring) -> Binding:
     """Return a binding with no more units than the fullest slot of each kind needs."""
     units = _unit_counts(wires)
     binding = _one_by_one(wires, units)
-    if len(wires.kind) > _MOST_SWAPPED or all(count == 1 for count in units.values()):
+    nothing_shared = sum(units.values()) == len(wires.kind)
+    if nothing_shared or len(wires.kind) > _MOST_SWAPPED or all(count == 1 for count in units.values()):
         return binding
     return _exact(wires, units, _swapped(wires, units, binding))
 

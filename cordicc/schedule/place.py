@@ -47,6 +47,19 @@ def place(plan: Plan, limits: Limits) -> Plan:
     )
 
 
+def figures(plan: Plan, minimize: str) -> tuple[float, ...]:
+    """Return a plan's figures in the order of a goal, to compare plans by."""
+    units = plan.units_by_kind()
+    caus, products = sum(units.get(kind, 0) for kind in CAU_KINDS), units.get("mul", 0)
+    words = plan.fifo_words
+    rest = (caus, products, plan.latency_cycles, words)
+    if minimize == "area":
+        area = sum(plan.target["units"][unit.kind]["area"] for unit in plan.units)
+        bits = sum(fifo.depth * fifo.width for fifo in plan.fifos)
+        return (area + bits * plan.target["fifo_area_per_bit"], *rest)
+    return {"latency": (plan.latency_cycles, *rest), "fifo": (words, *rest)}.get(minimize, rest)
+
+
 def scheduling_problem(plan: Plan, interval: int) -> SchedulingProblem:
     """Return the problem of a plan's operations."""
     tasks = tuple(Task(o.id, _shared_kind(o), _cycles(o)) for o in plan.operations)

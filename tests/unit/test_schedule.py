@@ -136,7 +136,7 @@ def test_three_hundred_operations() -> None:
 
 
 def test_ortools_is_loaded_only_to_solve() -> None:
-    script = "import sys, cordicc.schedule.assemble; sys.exit('ortools' in sys.modules)"
+    script = "import sys, cordicc.schedule.place; sys.exit('ortools' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 

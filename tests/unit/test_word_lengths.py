@@ -86,7 +86,7 @@ def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) 
     from cordicc.checks import input_intervals, input_samples
 
     loaded = read_problem(CORPUS / f"{name}.yaml")
-    graph = rewrite(loaded.problem, implicit=True, goal="processors")
+    graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
     values = sorted(graph.used_results())
     samples = input_samples(loaded.problem, 300)
     columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
@@ -132,7 +132,7 @@ def test_an_unbounded_value_is_refused_with_an_input(tmp_path: Path) -> None:
 def test_a_range_that_is_not_proven_is_told_and_its_excess_flagged(tmp_path: Path) -> None:
     # b never vanishes where the second equation has a solution, which no rule of ours sees.
     loaded = read_problem(CORPUS / "franka_panda_q7.yaml")
-    graph = rewrite(loaded.problem, implicit=True, goal="processors")
+    graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
     found = magnitudes(loaded.problem, loaded.source, graph)
     assert found.warnings
     assert {w.code for w in found.warnings} == {"W412"}

@@ -1,0 +1,106 @@
+"""The realisation that is compiled: the search's, if it is cheaper and as accurate as that of the passes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cordicc.ir.graph import Graph
+from cordicc.ir.problem import Problem
+from cordicc.ir.verify import verify
+from cordicc.rewrite.base import Context
+from cordicc.rewrite.costs import Costs, of_graph
+from cordicc.rewrite.numeric import Floats, evaluate
+from cordicc.rewrite.passes import default_passes
+from cordicc.rewrite.search import sample_points, search
+from cordicc.rewrite.standard import StandardChains
+
+_POINTS = 200
+_TRIES = 12
+_ROUNDING = 2.0**-24
+_WORSE = 24.0
+"""How much more rounding may move an output at a sample than in the realisation of the passes."""
+
+_USUAL = 4.0
+"""How much it may move anywhere, of what is usual for the output."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A graph of unit operations, whether it is proven the cheapest alternative, and each node's steps."""
+
+    graph: Graph
+    proven: bool = False
+    searched: bool = False
+    steps: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+
+
+def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> Choice:
+    """Return the cheapest realisation found for the goal of the context.
+
+    Args:
+        problem: the problem, for its samples and outputs.
+        graph: the realisation of the passes in unit operations, kept where nothing better is found.
+        context: the ranges of the inputs and the goal.
+        costs: what operations cost.
+    """
+    bases = []
+    for goal in ("processors", "latency"):
+        base = problem.graph
+        for step in default_passes(implicit=True):
+            base = step.apply(base, Context(context.inputs, goal))
+        bases.append(base)
+    points = sample_points(problem, bases, _POINTS)
+    if points is None:
+        return Choice(graph)
+    least = of_graph(graph, costs, context.goal)
+    # Fixed point has no digits to spare for products of denominators.
+    for lift in (True, False) if costs.floating else (False,):
+        found = search(problem, context.inputs, bases, costs, context.goal, lift=lift)
+        if found is None:
+            return Choice(graph)
+        made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
+        verify(made)
+        if of_graph(made, costs, context.goal) >= least:
+            return Choice(graph, proven=found.proven, searched=True)
+        if as_accurate(problem, graph, made, points):
+            steps = found.steps if costs.implicit else {}
+            return Choice(made, found.proven, True, steps)
+    return Choice(graph, searched=True)
+
+
+def as_accurate(problem: Problem, graph: Graph, other: Graph, points: Mapping[str, Floats]) -> bool:
+    """Tell whether rounding of every operation moves no output much more in the other graph, anywhere."""
+    exact, first = _moved(problem, graph, points)
+    _, second = _moved(problem, other, points)
+    for name, value in exact.items():
+        usual = max(float(np.median(first[name])), _ROUNDING * float(np.max(np.abs(value))))
+        if not np.all(second[name] <= np.maximum(_WORSE * first[name], _USUAL * usual)):
+            return False
+    return True
+
+
+def _moved(
+    problem: Problem, graph: Graph, points: Mapping[str, Floats]
+) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return the outputs, and how far rounding to single precision moves each, as a mean square."""
+    values = evaluate(graph, points)
+    exact = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
+    squares = {name: np.zeros_like(value) for name, value in exact.items()}
+    generator = np.random.Generator(np.random.PCG64(11))
+
+    def rounded(x: Floats) -> Floats:
+        moved: Floats = x * (1 + generator.uniform(-_ROUNDING, _ROUNDING, x.shape))
+        return moved
+
+    for _ in range(_TRIES):
+        values = evaluate(graph, points, rounded)
+        for name, value in graph.outputs.items():
+            difference = np.abs(values[value.node][value.result] - exact[name])
+            if problem.output(name).is_angle:
+                difference = np.minimum(difference, np.abs(difference - 2 * np.pi))
+            # A sample that rounding takes out of the domain lies at its edge and tells nothing.
+            squares[name] = squares[name] + np.nan_to_num(difference) ** 2
+    return exact, {name: np.sqrt(total / _TRIES) for name, total in squares.items()}

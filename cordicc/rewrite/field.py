@@ -1,0 +1,328 @@
+"""Exact algebra of scalars: fractions over inputs, cosines and sines, and square roots.
+
+An element is num/den with polynomials over the rationals.  Generators are free ones, signs with square
+1, and square roots r >= 0 with r^2 = radicand, each over the ones before it: a tower of quadratic
+extensions.  Cosine and sine of an angle are fractions in one free generator, the tangent t of its half:
+(1 - t^2)/(1 + t^2) and 2 t/(1 + t^2); the hyperbolic ones with -t^2.  The denominator holds free
+generators only, is monic and coprime to the numerator, so equal elements have equal parts.  An equality
+of elements is therefore a proof, wherever the denominators met on the way are not 0.
+
+For arithmetic, `display` writes an element as a polynomial with cosines and sines as generators.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isqrt
+from typing import Any
+
+from flint import Ordering, fmpq, fmpq_mpoly_ctx
+
+Poly = Any
+"""A polynomial of python-flint, `fmpq_mpoly`."""
+
+_TERMS = 4_000
+"""Terms of a numerator and a denominator together; larger elements are given up."""
+
+_PRODUCT = 400_000
+"""Products of terms in one multiplication."""
+
+_BITS = 4_000
+"""Bits of the leading coefficient."""
+
+
+class TooLarge(Exception):
+    """An element has outgrown the work that is spent on it, or the generators are used up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """num/den, in lowest terms."""
+
+    num: Poly
+    den: Poly
+
+    @property
+    def key(self) -> str:
+        """A text that is the same for equal elements."""
+        return f"{self.num}/{self.den}"
+
+    @property
+    def is_polynomial(self) -> bool:
+        """Whether the denominator is 1."""
+        return bool(self.den.is_one())
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is 0."""
+        return bool(self.num.is_zero())
+
+    @property
+    def constant(self) -> Fraction | None:
+        """The number, if it is one."""
+        if not (self.num.is_constant() and self.is_polynomial):
+            return None
+        return Fraction(0) if self.is_zero else rational(self.num.leading_coefficient())
+
+
+def rational(number: Any) -> Fraction:
+    """Return a number of python-flint as a Fraction."""
+    return Fraction(int(number.numerator), int(number.denominator))
+
+
+def _flint(number: Fraction) -> Any:
+    return fmpq(number.numerator, number.denominator)
+
+
+def square_root_of(number: Fraction) -> Fraction | None:
+    """Return the root of a number that is the square of a rational, else None."""
+    if number < 0:
+        return None
+    above, below = isqrt(number.numerator), isqrt(number.denominator)
+    exact = above * above == number.numerator and below * below == number.denominator
+    return Fraction(above, below) if exact else None
+
+
+class Field:
+    """The generators with their relations, and arithmetic on elements."""
+
+    def __init__(self, free: int, pairs: int, roots: int) -> None:
+        """Reserve generators: `free` ones, sines and signs (`pairs`), and square roots."""
+        # Lexicographic, later roots first: r^2 - radicand has r^2 as its leading term.
+        names = [
+            *(f"r{i}" for i in reversed(range(roots))),
+            *(f"s{i}" for i in reversed(range(pairs))),
+            *(f"v{i}" for i in range(free)),
+        ]
+        self.context = fmpq_mpoly_ctx.get(names, Ordering.lex)
+        self._gens = self.context.gens()
+        self._roots_left = list(range(roots - 1, -1, -1))
+        self._pairs_left = list(range(roots + pairs - 1, roots - 1, -1))
+        self._free_left = list(range(roots + pairs, roots + pairs + free))
+        self._relations: dict[int, Poly] = {}
+        self._tangents: dict[int, tuple[int, int, int]] = {}
+        self.definite: dict[str, int] = {}
+        self.radicands: dict[int, Poly] = {}
+        self.one = self.context.constant(1)
+        self.zero = self.context.constant(0)
+
+    def generator(self, index: int) -> Poly:
+        """Return a generator as a polynomial."""
+        return self._gens[index]
+
+    def number(self, value: Fraction) -> Element:
+        """Return a constant."""
+        return Element(self.context.constant(_flint(value)), self.one)
+
+    def free(self) -> int:
+        """Return a new free generator."""
+        if not self._free_left:
+            raise TooLarge
+        return self._free_left.pop(0)
+
+    def pair(self, m: int) -> tuple[int, int, Element, Element]:
+        """Return generators c and s with c^2 + m s^2 = 1 for display, and the elements they stand for."""
+        if not self._pairs_left:
+            raise TooLarge
+        tangent, cosine, sine = self.free(), self.free(), self._pairs_left.pop(0)
+        self._relations[sine] = self._gens[sine] ** 2 - m * (1 - self._gens[cosine] ** 2)
+        self._tangents[tangent] = cosine, sine, m
+        t = self._gens[tangent]
+        below = 1 + m * t**2
+        # A hyperbolic tangent is less than 1, so 1 - t^2, 1 - t and 1 + t are positive.
+        self.definite |= {str(t**2 + 1): 1} if m == 1 else {str(t**2 - 1): -1, str(t - 1): -1, str(t + 1): 1}
+        return cosine, sine, self._lowest(1 - m * t**2, below), self._lowest(2 * t, below)
+
+    def display(self, element: Element) -> Poly | None:
+        """Return an element as a polynomial in cosines and sines, None if it has other denominators."""
+        polys = self.displays([element.num], element.den)
+        return None if polys is None else polys[0]
+
+    def displays(self, polys: list[Poly], den: Poly) -> list[Poly] | None:
+        """Return p/den in cosines and sines, den a product of powers of 1 + t^2 and a constant."""
+        for tangent in [i for i in self._tangents if any(p.degrees()[i] for p in (den, *polys))]:
+            m = self._tangents[tangent][2]
+            below = 1 + m * self._gens[tangent] ** 2
+            if m == -1:
+                polys, den = self._completed(polys, den, self._gens[tangent])
+            power = 0
+            while den.degrees()[tangent]:
+                if not (den % below).is_zero():
+                    return None
+                den, power = den / below, power + 1
+            if any(p.degrees()[tangent] > 2 * power for p in polys):
+                return None
+            polys = [self._half_angles(p, tangent, power) for p in polys]
+        return [p / den.leading_coefficient() for p in polys] if den.is_constant() else None
+
+    @staticmethod
+    def _completed(polys: list[Poly], den: Poly, t: Poly) -> tuple[list[Poly], Poly]:
+        """Give a denominator as many factors 1 + t as it has of t - 1, and the other way round."""
+        counts = []
+        for factor in (t - 1, t + 1):
+            count, rest = 0, den
+            while (rest % factor).is_zero():
+                rest, count = rest / factor, count + 1
+            counts.append(count)
+        most = max(counts)
+        missing = (t - 1) ** (most - counts[0]) * (t + 1) ** (most - counts[1])
+        return [p * missing for p in polys], den * missing
+
+    def half_degree(self, degrees: Sequence[int]) -> Poly:
+        """Return the product of powers of 1 + t^2 that polynomials of some degrees are divided by."""
+        product = self.one
+        for tangent, (_, _, m) in self._tangents.items():
+            product = product * (1 + m * self._gens[tangent] ** 2) ** ((degrees[tangent] + 1) // 2)
+        return product
+
+    def _half_angles(self, poly: Poly, tangent: int, power: int) -> Poly:
+        """Return poly/(1 + m t^2)^power: with C, S of half the angle t^j is C^(2 power - j) S^j."""
+        cosine, sine, m = self._tangents[tangent]
+        c, s = self._gens[cosine], self._gens[sine]
+        parts: dict[int, dict[Any, Any]] = {}
+        for powers, factor in poly.terms():
+            j = powers[tangent]
+            parts.setdefault(j, {})[(*powers[:tangent], 0, *powers[tangent + 1 :])] = factor
+        total = self.zero
+        half = fmpq(1, 2)
+        for j, terms in parts.items():
+            odd = j % 2
+            turned = ((1 + c) * half) ** ((2 * power - j - odd) // 2) * ((1 - c) * half * m) ** (
+                (j - odd) // 2
+            )
+            turned = turned * (s * half) if odd else turned
+            total = total + self.reduce(self.context.from_dict(terms) * turned)
+        return total
+
+    def relate(self, poly: Poly) -> bool:
+        """Take a polynomial for 0 if its leading term is a square of one free generator; tell whether."""
+        _, base = monic(poly)
+        powers = base.monomial(0) if len(base) else ()
+        index = next((i for i, power in enumerate(powers) if power), None)
+        free = index is not None and index not in self._relations and powers[index] == sum(powers) == 2
+        if index is None or not free or (base - self._gens[index] ** 2).degrees()[index]:
+            return False
+        self._relations[index] = base
+        return True
+
+    def sign(self) -> int:
+        """Return a new generator with square 1."""
+        if not self._pairs_left:
+            raise TooLarge
+        index = self._pairs_left.pop(0)
+        self._relations[index] = self._gens[index] ** 2 - 1
+        return index
+
+    def root(self, radicand: Poly) -> Element:
+        """Return the non-negative root of a polynomial."""
+        for index, known in self.radicands.items():
+            ratio = Element(radicand, self.one) if known.is_zero() else self._ratio(radicand, known)
+            number = None if ratio is None else square_root_of(ratio.constant or Fraction(-1))
+            if number is not None:
+                return Element(self._gens[index] * _flint(number), self.one)
+        if not self._roots_left:
+            raise TooLarge
+        index = self._roots_left.pop(0)
+        self.radicands[index] = radicand
+        self._relations[index] = self._gens[index] ** 2 - radicand
+        return Element(self._gens[index], self.one)
+
+    def _ratio(self, a: Poly, b: Poly) -> Element | None:
+        """Return a/b if it is a constant."""
+        if len(a) != len(b) or any(a.monomial(i) != b.monomial(i) for i in (0, len(a) // 2, len(a) - 1)):
+            return None
+        factor = a.leading_coefficient() / b.leading_coefficient()
+        return Element(self.context.constant(factor), self.one) if a == b * factor else None
+
+    def reduce(self, poly: Poly) -> Poly:
+        """Return a polynomial with no generator of a relation above the first power."""
+        for index in sorted(self._relations):
+            if poly.degrees()[index] > 1:
+                poly = poly % self._relations[index]
+        return poly
+
+    def times(self, a: Poly, b: Poly) -> Poly:
+        """Return the reduced product."""
+        if len(a) * len(b) > _PRODUCT:
+            raise TooLarge
+        return self.reduce(a * b)
+
+    def _lowest(self, num: Poly, den: Poly) -> Element:
+        if num.is_zero():
+            return Element(self.zero, self.one)
+        if not den.is_constant():
+            common = num.gcd(den)
+            if not common.is_one():
+                num, den = num / common, den / common
+        lead = den.leading_coefficient()
+        num, den = num / lead, den / lead
+        lead = num.leading_coefficient()
+        bits = int(lead.numerator).bit_length() + int(lead.denominator).bit_length()
+        if len(num) + len(den) > _TERMS or bits > _BITS:
+            raise TooLarge
+        return Element(num, den)
+
+    def add(self, a: Element, b: Element) -> Element:
+        """Return a + b."""
+        if a.den == b.den:
+            return self._lowest(a.num + b.num, a.den)
+        num = self.times(a.num, b.den) + self.times(b.num, a.den)
+        return self._lowest(num, self.times(a.den, b.den))
+
+    def scale(self, factor: Fraction, a: Element) -> Element:
+        """Return factor * a."""
+        return Element(a.num * _flint(factor), a.den) if factor else self.number(Fraction(0))
+
+    def sub(self, a: Element, b: Element) -> Element:
+        """Return a - b."""
+        return self.add(a, self.scale(Fraction(-1), b))
+
+    def mul(self, a: Element, b: Element) -> Element:
+        """Return a b."""
+        return self._lowest(self.times(a.num, b.num), self.times(a.den, b.den))
+
+    def inverse(self, a: Element) -> Element:
+        """Return 1/a; the denominator is freed of roots and signs by conjugates.
+
+        Raises ZeroDivisionError for 0.
+        """
+        if a.is_zero:
+            raise ZeroDivisionError
+        num, den = a.den, a.num
+        for index in sorted(self._relations):
+            if den.degrees()[index]:
+                even, odd = self.split(den, index)
+                conjugate = even - odd * self._gens[index]
+                num, den = self.times(num, conjugate), self.times(den, conjugate)
+        if den.is_zero():
+            raise ZeroDivisionError
+        return self._lowest(num, den)
+
+    def div(self, a: Element, b: Element) -> Element:
+        """Return a / b.  Raises ZeroDivisionError."""
+        return self.mul(a, self.inverse(b))
+
+    def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
+        """Return (p, q) with poly = p + q g for a generator g of a relation."""
+        odd = poly.derivative(index)
+        return poly - odd * self._gens[index], odd
+
+    def generators(self, *polys: Poly) -> Iterator[int]:
+        """Yield the generators that occur, in order."""
+        degrees = [poly.degrees() for poly in polys]
+        yield from (i for i in range(len(self._gens)) if any(d[i] > 0 for d in degrees))
+
+    def roots_of(self, *elements: Element) -> list[int]:
+        """Return the square roots that occur in elements."""
+        found = self.generators(*(e.num for e in elements))
+        return [index for index in found if index in self.radicands]
+
+
+def monic(poly: Poly) -> tuple[Fraction, Poly]:
+    """Return (k, p) with poly = k p and p monic; (0, 0) for 0."""
+    if poly.is_zero():
+        return Fraction(0), poly
+    lead = poly.leading_coefficient()
+    return rational(lead), poly / lead

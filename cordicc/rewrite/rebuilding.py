@@ -1,0 +1,117 @@
+"""The chosen options as a graph, with the guards that keep its conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cordicc.ir.graph import Graph, Value
+from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.conditions import Requirement
+from cordicc.rewrite.costs import UNITS
+from cordicc.rewrite.extraction import Extraction
+from cordicc.rewrite.options import Alternatives, Option
+from cordicc.rewrite.store import Store
+
+
+def rebuild(
+    store: Store,
+    choice: Alternatives,
+    needs: Sequence[Requirement],
+    extraction: Extraction,
+    graph: Graph,
+) -> tuple[Graph, dict[int, tuple[str, ...]]]:
+    """Return the graph of an extraction and the steps that lead to its nodes."""
+    builder = Algebra()
+    for node in graph.nodes:
+        if node.op == "input":
+            builder.emit("input", (), node.params)
+    made: dict[int, tuple[Value, ...]] = {}
+    steps: dict[int, tuple[str, ...]] = {}
+
+    def value_of(wanted: int) -> Value:
+        todo = [wanted]
+        while todo:
+            number = extraction.provider[todo[-1]]
+            option = choice.options[number]
+            pending = [k for k in option.operands if extraction.provider[k] not in made]
+            if number in made or not pending:
+                todo.pop()
+                if number not in made:
+                    operands = [result_of(k) for k in option.operands]
+                    builder.origin = store.algebra.nodes[option.node].origin
+                    before = len(builder.nodes)
+                    made[number] = builder.apply(option.op, operands, option.params)
+                    why = _steps(store, option)
+                    for index in range(before, len(builder.nodes)):
+                        steps.setdefault(index, why)
+            else:
+                todo += pending
+        return result_of(wanted)
+
+    def result_of(k: int) -> Value:
+        number = extraction.provider[k]
+        results = choice.options[number].results
+        return made[number][next(r for r, ks in enumerate(results) if k in ks)]
+
+    outputs = {name: value_of(k) for name, k in choice.wanted.items()}
+    first = next(iter(outputs))
+    kept = outputs[first]
+    used = _used(builder, outputs.values())
+    chosen_guards = set(extraction.guards)
+    for index, need in enumerate(needs):
+        met = next(((k, o) for k, o in need.met_by if extraction.provider.get(k) == o), None)
+        if met is not None:
+            subject, condition = value_of(met[0]), "any"
+        elif index in chosen_guards and need.subject is not None:
+            subject, condition = value_of(need.subject), need.condition
+        else:
+            raise AssertionError("a condition is lost")
+        if condition != "any" or subject not in used:
+            kept = builder.guard(kept, subject, condition)
+            used |= _used(builder, [subject])
+    outputs[first] = kept
+    live = Graph(tuple(builder.nodes), outputs).live()
+    kept_nodes = [i for i, node in enumerate(builder.nodes) if i in live or node.op == "input"]
+    told = {new: steps[old] for new, old in enumerate(kept_nodes) if steps.get(old)}
+    return builder.build(outputs), told
+
+
+def _steps(store: Store, option: Option) -> tuple[str, ...]:
+    """Return the steps that lead to a CAU or to a sum of angles."""
+    if option.op == "wrap":
+        return ("equal modulo 2 pi to the angle that is wanted, and wrapped",)
+    angle = store.rotors.known_rotor(Value(option.node)) is not None
+    if option.op not in UNITS and not (option.op in ("add", "sub") and angle):
+        return ()
+    return (*store.why.get(option.node, ()), *_taken_for(store, option))
+
+
+def _taken_for(store: Store, option: Option) -> tuple[str, ...]:
+    """Return a sentence for each result that stands for what another kind of unit would make."""
+    node = store.algebra.nodes[option.node]
+    sentences = []
+    for result, name in enumerate(node.definition.results):
+        own = store.find(Value(option.node, result))
+        for index, other in enumerate(store.algebra.nodes):
+            same = [r for r in range(len(other.definition.results)) if store.find(Value(index, r)) == own]
+            if same and other.op in UNITS and other.op != node.op:
+                what = other.definition.results[same[0]]
+                sentences.append(
+                    f"its {name} equals the {what} of a {other.op} in {other.origin}, by algebra"
+                )
+                break
+    return tuple(sentences)
+
+
+def _used(builder: Algebra, values: Iterable[Value]) -> set[Value]:
+    """Return the values on the way to others, themselves included."""
+    todo = list(values)
+    found = set(todo)
+    seen: set[int] = set()
+    while todo:
+        index = todo.pop().node
+        if index not in seen:
+            seen.add(index)
+            found.update(builder.nodes[index].operands)
+            todo.extend(builder.nodes[index].operands)
+    return found

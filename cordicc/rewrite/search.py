@@ -1,0 +1,351 @@
+"""Search for the cheapest operations: alternatives around the realisation of the passes, then a choice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from cordicc.arith.intervals import Interval
+from cordicc.ir.graph import Graph, Value
+from cordicc.ir.ops import Level
+from cordicc.ir.problem import Problem
+from cordicc.rewrite.base import Context
+from cordicc.rewrite.circles import circles, realise
+from cordicc.rewrite.conditions import circle_facts, proven, requirements
+from cordicc.rewrite.costs import Costs
+from cordicc.rewrite.explanation import circle_steps, name_of
+from cordicc.rewrite.extraction import extract
+from cordicc.rewrite.field import Field, TooLarge
+from cordicc.rewrite.lifting import Lifting
+from cordicc.rewrite.numeric import Floats, evaluate
+from cordicc.rewrite.options import alternatives
+from cordicc.rewrite.products import turned
+from cordicc.rewrite.rebuilding import rebuild
+from cordicc.rewrite.simplify import Simplify
+from cordicc.rewrite.store import Store
+from cordicc.rewrite.synthesis import Synthesis
+
+POINTS = 24
+_NEAREST = 3
+_CRITICAL = {"vector": 0, "lightcone": 0, "implicit": 1}
+"""The result of a unit that is 0 where the others are ill-conditioned."""
+_DRAWN = 6_000
+_GENERATORS = 120
+_NODES = 400
+_SUBSETS = 16
+_SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
+"""Operations that make angles of angles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The chosen graph, whether it is proven best over the alternatives, and steps by node."""
+
+    graph: Graph
+    proven: bool
+    steps: Mapping[int, tuple[str, ...]]
+
+
+def sample_points(problem: Problem, graphs: Sequence[Graph], count: int = POINTS) -> dict[str, Floats] | None:
+    """Return points of the workspace at which graphs have values, None if there are too few.
+
+    Besides `count` random ones there are those nearest to the singular points of the units.
+    """
+    generator = np.random.Generator(np.random.PCG64(7))
+    if problem.samples is not None:
+        rows = generator.integers(0, problem.samples.rows, _DRAWN)
+        drawn = {name: np.asarray(column)[rows] for name, column in problem.samples.columns.items()}
+    else:
+        drawn = {
+            spec.name: generator.uniform(float(spec.lo), float(spec.hi), _DRAWN) for spec in problem.inputs
+        }
+    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
+    critical = []
+    for graph in graphs:
+        live = graph.live()
+        for index, results in enumerate(evaluate(graph, drawn)):
+            if index in live:
+                for result in results:
+                    good &= np.isfinite(result)
+                if graph.nodes[index].op in _CRITICAL:
+                    critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
+    if good.sum() < POINTS // 2:
+        return None
+    first = np.flatnonzero(good)
+    nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
+    rows = np.unique(np.concatenate([first[:count], *nearest]))
+    return {name: column[rows] for name, column in drawn.items()}
+
+
+def search(
+    problem: Problem,
+    ranges: Mapping[str, Interval],
+    graphs: Sequence[Graph],
+    costs: Costs,
+    goal: str,
+    *,
+    lift: bool = True,
+) -> Found | None:
+    """Return the best realisation found around those given, None where the work limits end the search.
+
+    Args:
+        problem: the problem, for its samples.
+        ranges: an enclosure of each input.
+        graphs: realisations in unit operations, implicit ones included; the first one's conditions are kept.
+        costs: what operations cost.
+        goal: as `--minimize`.
+        lift: whether values may be scaled by common denominators.
+    """
+    if not problem.inputs or sum(len(g.nodes) for g in graphs) > _NODES:
+        return None
+    points = sample_points(problem, graphs)
+    field = _field(graphs)
+    if points is None or field is None:
+        return None
+    store = Store(field, ranges, points)
+    _name_constants(store, graphs)
+    _assume(store, problem)
+    moved = [_import(store, graphs[0])]
+    certain = len(store.algebra.nodes)
+    moved += [_import(store, graph) for graph in graphs[1:]]
+    outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
+    for graph, values in zip(graphs[1:], moved[1:], strict=True):
+        for name, value in graph.outputs.items():
+            store.union(outputs[name], values[value.node][value.result])
+    _join_areas(store)
+    _add_forms(store)
+    angles = _angles(store)
+    _add_circles(store, graphs[0], moved[0], angles)
+    if lift:
+        _lift(store, outputs)
+    _add_sums(store)
+    subjects = [
+        moved[0][v.node][v.result] for n in graphs[0].nodes if n.definition.partial for v in n.operands
+    ]
+    choice = alternatives(store, certain, outputs, subjects)
+    needs = requirements(store, graphs[0], moved[0], choice)
+    extraction = extract(choice, needs, frozenset([choice.class_of(store.const(0))]), costs, goal)
+    if extraction is None:
+        return None
+    graph, steps = rebuild(store, choice, needs, extraction, graphs[0])
+    return Found(graph, extraction.proven, steps)
+
+
+def _field(graphs: Sequence[Graph]) -> Field | None:
+    operations = [n for g in graphs for n in g.nodes]
+    count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
+    inputs = count.get("input", 0) // len(graphs)
+    turned = len({n.operands[2] for g in graphs for n in g.nodes if n.op == "rotate"})
+    roots = 6 + sum(
+        1
+        for n in graphs[0].nodes
+        if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+    )
+    pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
+    opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
+    free = inputs + 2 * pairs + opaque
+    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
+
+
+def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
+    """Copy a graph into the store; a guard's value is that of its operand."""
+    moved: list[tuple[Value, ...]] = []
+    for node in graph.nodes:
+        store.algebra.origin = node.origin
+        operands = [moved[v.node][v.result] for v in node.operands]
+        if node.op == "guard":
+            moved.append((operands[0],))
+        else:
+            moved.append(store.make(node.op, operands, node.params))
+    return moved
+
+
+def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
+    """Make the cosine and sine of constant angles known before the numbers themselves are met."""
+    for graph in graphs:
+        for node in graph.nodes:
+            if node.op == "rotate" and node.params[0] == 1:
+                for value in graph.node(node.operands[2]).operands:
+                    number = graph.constant(value)
+                    if number is not None:
+                        store.constants.rotor(number, 1)
+
+
+def _assume(store: Store, problem: Problem) -> None:
+    """Let the field know the facts of the problem; all inputs come first, in their order."""
+    for spec in problem.inputs:
+        store.make("input", (), (spec.name,))
+    if not problem.assumptions:
+        return
+    graph = Simplify().apply(problem.assumption_graph, Context({}))
+    if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
+        return
+    moved = _import(store, graph)
+    for index, fact in enumerate(problem.assumptions):
+        sides = [graph.outputs[f"{side}{index}"] for side in ("left", "right")]
+        left, right = (store.element(moved[v.node][v.result]) for v in sides)
+        if left is not None and right is not None:
+            store.assume(store.field.sub(left, right), fact.relation)
+
+
+def _angles(store: Store) -> list[Value]:
+    """Return the angles that circular units make."""
+    port = {"vector": 1, "implicit": 0}
+    return [
+        Value(index, port[node.op])
+        for index, node in enumerate(store.algebra.nodes)
+        if node.op in port and node.params[0] == 1
+    ]
+
+
+def _add_forms(store: Store) -> None:
+    """Add scalars as sums of terms, and rotations as products with one cosine and sine."""
+    synthesis = Synthesis(store)
+    store.reason = ("written as a sum of products",)
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        store.algebra.origin = node.origin
+        if node.op == "rotate" and node.params[0] != 0:
+            m = int(node.params[0])
+            rotor = store.make("rotate", (store.const(1), store.const(0), node.operands[2]), (m,))
+            x, y = node.operands[:2]
+            if store.constant(x) is None and store.constant(y) is None:
+                for result, value in enumerate(turned(store, (x, y), (rotor[0], rotor[1]), m)):
+                    store.union(Value(index, result), value)
+        element = store.element(Value(index)) if node.op in ("add", "sub") else None
+        poly = None if element is None else store.field.display(element)
+        if poly is not None:
+            with suppress(TooLarge):
+                synthesis.expanded(poly)
+
+
+def _join_areas(store: Store) -> None:
+    """Make hyperbolic angles with the same cosine and sine equal: inverse functions that cancel."""
+    port = {"vector": 1, "implicit": 0, "lightcone": 1}
+    known: dict[tuple[str, str], Value] = {}
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        value = None
+        if node.op == "rotate" and node.params[0] == -1:
+            value = node.operands[2]
+        elif node.op == "lightcone" or (node.op in port and node.params[0] == -1):
+            value = Value(index, port[node.op])
+        rotor = None if value is None else store.rotors.rotor(value, -1)
+        if value is not None and rotor is not None:
+            store.union(known.setdefault((rotor[0].key, rotor[1].key), value), value)
+
+
+def _add_circles(
+    store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]], angles: Sequence[Value]
+) -> None:
+    """Add the circle equation of each angle and of each sum of angles, where its vector is never 0."""
+    synthesis = Synthesis(store)
+    sums = [v for results in moved for v in results if store.node(v).op in _SUMS and _is_angle(store, v)]
+    known = _nonzero_factors(store, graph, moved)
+    for angle in dict.fromkeys((*angles, *sums)):
+        store.algebra.origin = store.node(angle).origin
+        for circle in circles(store, angle):
+            store.reason = circle_steps(store, angle, circle)
+            try:
+                values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
+                facts = circle_facts(store, "implicit", values)
+                nonzero = proven(store, "implicit", values)[0]
+                if not nonzero and (facts is None or not facts.nonzero <= known):
+                    continue
+                made = realise(store, *values)
+            except TooLarge:
+                continue
+            store.rotors.rotor(made[0])
+
+
+def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> frozenset[str]:
+    """Return the polynomials that the conditions of a graph keep away from 0."""
+    found: frozenset[str] = frozenset()
+    used = graph.used_results()
+    for index in graph.live():
+        node = graph.nodes[index]
+        if node.op in ("vector", "implicit") and node.params[0] == 1:
+            if node.op == "vector" and Value(index, 1) not in used:
+                continue
+            facts = circle_facts(store, node.op, [moved[v.node][v.result] for v in node.operands])
+            if facts is not None:
+                found |= facts.nonzero
+    return found
+
+
+def _is_angle(store: Store, value: Value) -> bool:
+    """Tell whether a value is a sum with an angle of a circular unit in it."""
+    node = store.node(value)
+    if node.op in ("vector", "implicit"):
+        return bool(node.params[0] == 1 and value.result == (1 if node.op == "vector" else 0))
+    return node.op in _SUMS and any(_is_angle(store, v) for v in node.operands)
+
+
+def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
+    """Add homogeneous versions of all values, for sets of angles whose rotations are replaced."""
+    turned = sorted(
+        {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1},
+    )
+    lifted = [z for z in turned if _is_angle(store, z)]
+    size = len(store.algebra.nodes)
+    for chosen in _subsets(lifted):
+        lifting = Lifting(store, frozenset(chosen))
+        for value in outputs.values():
+            lifting.lift(value)
+        for index in range(size):
+            if store.node(Value(index)).op in ("vector", "lightcone", "implicit"):
+                lifting.lift(Value(index))
+
+
+def _subsets(items: Sequence[Value]) -> list[tuple[Value, ...]]:
+    """Return all subsets, or for many items the empty, full, nearly empty and nearly full ones."""
+    if 2 ** len(items) <= _SUBSETS:
+        return [c for size in range(len(items) + 1) for c in combinations(items, size)]
+    sizes = (0, 1, len(items) - 1, len(items))
+    return [c for size in sizes for c in combinations(items, size)]
+
+
+def _add_sums(store: Store) -> None:
+    """Add angles as sums of two others, where the sample points show a relation and rotors prove it."""
+    angles = [v for v in _angles(store) if store.rotors.rotor(v) is not None]
+    angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1]
+    distinct: dict[str, Value] = {}
+    for value in angles:
+        rotor = store.rotors.rotor(value)
+        if rotor is not None:
+            distinct.setdefault(rotor[0].key + rotor[1].key, value)
+    values = list(distinct.values())[:24]
+    turns = [np.exp(1j * store.numbers(v)) for v in values]
+    for (i, p), (j, q) in combinations(enumerate(values), 2):
+        for sign in (1, -1):
+            both = turns[i] * (turns[j] if sign == 1 else np.conj(turns[j]))
+            for k, r in enumerate(values):
+                if k in (i, j):
+                    continue
+                for whole in (1, -1):
+                    rest = (turns[k] if whole == 1 else np.conj(turns[k])) * np.conj(both)
+                    if np.max(np.abs(rest - rest[0])) < 1e-9:
+                        _add_sum(store, r, whole, p, q, sign, rest[0])
+
+
+def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, rest: Any) -> None:
+    """Make r = whole (p + sign q + constant) if the constant is a multiple of a quarter turn."""
+    from cordicc.ir.fold import PI
+
+    quarters = np.angle(rest) / (np.pi / 2)
+    if abs(quarters - round(quarters)) > 1e-9:
+        return
+    store.algebra.origin = store.node(r).origin
+    names = [name_of(store, v) for v in (r, p, q)]
+    minus = "-" if whole == -1 else ""
+    middle = "+" if sign == 1 else "-"
+    right = f"{minus}({names[1]} {middle} {names[2]} + {round(quarters)} pi/2)"
+    store.reason = (f"{names[0]} = {right}: both sides have one cosine and sine",)
+    total = store.make("add" if sign == 1 else "sub", (p, q))[0]
+    total = store.add(total, store.const(PI / 2 * round(quarters)))
+    if whole == -1:
+        total = store.make("neg", (total,))[0]
+    store.rotors.rotor(total)

@@ -1,0 +1,387 @@
+"""Every value that a realisation may use, with what is known about it.
+
+Values are nodes of one hash-consed builder.  Each has an enclosure, numbers on sample points and, where
+it has one, an element of the field; equal elements make values equal.  An angle has a rotor besides:
+its cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), as elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
+
+import numpy as np
+
+from cordicc.arith.intervals import Interval
+from cordicc.arith.intervals import evaluate as enclose
+from cordicc.ir.graph import Node, Param, Value
+from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.conditioning import errors
+from cordicc.rewrite.constants import Constants
+from cordicc.rewrite.field import Element, Field, Poly, TooLarge, monic, rational, square_root_of
+from cordicc.rewrite.numeric import Floats, results
+from cordicc.rewrite.rotors import Rotors
+
+_LOOKUP_TERMS = 300
+_SUM_TERMS = 40
+
+
+class Store:
+    """Values and facts about them; `make` adds an operation."""
+
+    def __init__(self, field: Field, ranges: Mapping[str, Interval], samples: Mapping[str, Floats]) -> None:
+        self.field = field
+        self.algebra = Algebra()
+        self.reason: tuple[str, ...] = ()
+        self.why: dict[int, tuple[str, ...]] = {}
+        self._inputs, self._samples = ranges, samples
+        self._count = len(next(iter(samples.values())))
+        self._ranges: list[tuple[Interval | None, ...]] = []
+        self._numbers: list[tuple[Floats, ...]] = []
+        self._errors: list[tuple[Floats, ...]] = []
+        self._elements: list[tuple[Element | None, ...]] = []
+        self._signs: dict[str, Element] = {}
+        self._generator_values: dict[int, Value] = {}
+        self.constants = Constants(field)
+        self.rotors = Rotors(self.constants, self)
+        self._known_signs: dict[str, int] = {}
+        self._products: dict[str, tuple[int, int]] = {}
+        self._parent: dict[Value, Value] = {}
+        self._by_key: dict[str, Value] = {}
+        self._affine: dict[str, tuple[Value, Fraction, Fraction]] = {}
+        self._sums: list[tuple[Value, Poly]] = []
+        self._by_shape: dict[object, Value] = {}
+
+    # -- building ---------------------------------------------------------------------------------
+
+    def make(self, op: str, operands: Sequence[Value], params: Sequence[Param] = ()) -> tuple[Value, ...]:
+        """Return the results of an operation, simplified; `reason` explains a new one."""
+        before = len(self.algebra.nodes)
+        made = self.algebra.apply(op, operands, params)
+        for index in range(before, len(self.algebra.nodes)):
+            self.why[index] = self.reason
+            self._annotate(index)
+        return made
+
+    def const(self, number: Fraction | int) -> Value:
+        """Return a constant."""
+        return self.make("const", (), (Fraction(number),))[0]
+
+    def add(self, a: Value, b: Value) -> Value:
+        """Return a + b."""
+        return self.make("add", (a, b))[0]
+
+    def mul(self, a: Value, b: Value) -> Value:
+        """Return a b."""
+        return self.make("mul", (a, b))[0]
+
+    def scale(self, factor: Fraction, a: Value) -> Value:
+        """Return factor * a."""
+        if factor == 1:
+            return a
+        if factor == 0:
+            return self.const(0)
+        return self.make("cmul", (a,), (factor,))[0]
+
+    def node(self, value: Value) -> Node:
+        """Return the node that makes a value."""
+        return self.algebra.nodes[value.node]
+
+    def range(self, value: Value) -> Interval | None:
+        """Return the enclosure of a value."""
+        return self._ranges[value.node][value.result]
+
+    def numbers(self, value: Value) -> Floats:
+        """Return a value on the samples."""
+        return self._numbers[value.node][value.result]
+
+    def error(self, value: Value) -> Floats:
+        """Return a bound of the rounding error of a value on the samples, in roundings."""
+        return self._errors[value.node][value.result]
+
+    def element(self, value: Value) -> Element | None:
+        """Return a value as an element of the field, if it is one."""
+        return self._elements[value.node][value.result]
+
+    def constant(self, value: Value) -> Fraction | None:
+        """Return the number of a constant, else None."""
+        return self.algebra.constant(value)
+
+    def generator_value(self, index: int) -> Value | Fraction | None:
+        """Return what computes a generator of the field, if something does."""
+        if index in self.rotors.turned:
+            angle, m, result = self.rotors.turned[index]
+            return self.make("rotate", (self.const(1), self.const(0), angle), (m,))[result]
+        return self._generator_values.get(index, self.constants.values.get(index))
+
+    # -- equality ---------------------------------------------------------------------------------
+
+    def find(self, value: Value) -> Value:
+        """Return the representative of all values that are known to be equal to this one."""
+        root = value
+        while root in self._parent:
+            root = self._parent[root]
+        while value in self._parent:
+            self._parent[value], value = root, self._parent[value]
+        return root
+
+    def union(self, a: Value, b: Value) -> None:
+        """Record that two values are equal wherever the problem has a value."""
+        a, b = self.find(a), self.find(b)
+        if a != b:
+            self._parent[max(a, b)] = min(a, b)
+
+    def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
+        """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
+        if len(poly) > _LOOKUP_TERMS:
+            return None
+        constant, factor, key = self._affine_key(poly)
+        found = self._affine.get(key)
+        if found is None or factor == 0:
+            return None
+        value, its_factor, its_constant = found
+        ratio = factor / its_factor
+        return value, ratio, constant - ratio * its_constant
+
+    def _affine_key(self, poly: Poly) -> tuple[Fraction, Fraction, str]:
+        constant = rational(poly.coefficient(len(poly) - 1)) if self._has_constant(poly) else Fraction(0)
+        rest = poly - self.field.number(constant).num
+        factor, rest = monic(rest)
+        return constant, factor, str(rest)
+
+    @staticmethod
+    def _has_constant(poly: Poly) -> bool:
+        return len(poly) > 0 and not any(poly.monoms()[-1])
+
+    def sums(self) -> list[tuple[Value, Poly]]:
+        """Return values with polynomials of a few terms, each without its constant, monic."""
+        return self._sums
+
+    # -- signs ------------------------------------------------------------------------------------
+
+    def sign(self, value: Value) -> int:
+        """Return 1 if the value is never negative, -1 if never positive, 0 if neither is proven."""
+        interval = self.range(value)
+        if interval is not None and interval.lo >= 0:
+            return 1
+        if interval is not None and interval.hi <= 0:
+            return -1
+        if self._square_sum(value, 8):
+            return 1
+        element = self.element(value)
+        return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
+
+    def assume(self, difference: Element, relation: str) -> None:
+        """Rest on a fact about an element: = 0, > 0, >= 0, < 0 or <= 0."""
+        factor, base = monic(difference.num)
+        if relation == "=" and difference.is_polynomial:
+            self.field.relate(difference.num)
+        elif relation != "=" and factor:
+            sign = 1 if relation in (">", ">=") else -1
+            self._known_signs[str(base)] = sign * self.poly_sign(difference.den) * (1 if factor > 0 else -1)
+
+    def poly_sign(self, poly: Poly) -> int:
+        """Return the sign of a polynomial, as `sign` does, from what is known of equal values."""
+        factor, base = monic(poly)
+        sign = 1 if factor >= 0 else -1
+        if base.is_constant() or len(base) > _LOOKUP_TERMS:
+            return sign if base.is_constant() else 0
+        return sign * (self._base_sign(base) or self._product_sign(base))
+
+    def _product_sign(self, base: Poly) -> int:
+        """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
+        text, known = str(base), len(self._known_signs)
+        cached = self._products.get(text)
+        if cached is None or cached[0] != known:
+            sign = 1
+            for part, exponent in base.factor()[1]:
+                if exponent % 2:
+                    scale, normal = monic(part)
+                    sign *= self._base_sign(normal) * (1 if scale > 0 else -1)
+            cached = self._products[text] = known, sign
+        return cached[1]
+
+    def _base_sign(self, base: Poly) -> int:
+        if len(base) == 1 and base.total_degree() == 1:
+            return 1 if next(self.field.generators(base)) in self.field.radicands else 0
+        text = str(base)
+        return self.field.definite.get(text, 0) or self._known_signs.get(text, 0)
+
+    def _square_sum(self, value: Value, depth: int) -> bool:
+        node = self.node(value)
+        if depth == 0:
+            return False
+        if node.op == "mul" and node.operands[0] == node.operands[1]:
+            return True
+        if node.op == "cmul" and Fraction(node.params[0]) < 0:
+            return False
+        if node.op in ("add", "mul", "cmul", "shift"):
+            return all(self._square_sum(v, depth - 1) or self._plain_positive(v) for v in node.operands)
+        return node.op == "abs"
+
+    def _plain_positive(self, value: Value) -> bool:
+        interval = self.range(value)
+        return interval is not None and interval.lo >= 0
+
+    # -- annotation -------------------------------------------------------------------------------
+
+    def _annotate(self, index: int) -> None:
+        node = self.algebra.nodes[index]
+        width = len(node.definition.results)
+        if node.op == "input":
+            name = str(node.params[0])
+            self._ranges.append((self._inputs[name],))
+            self._numbers.append((self._samples[name],))
+            self._errors.append((np.abs(self._samples[name]),))
+        else:
+            ranges = [self.range(v) for v in node.operands]
+            known = [r for r in ranges if r is not None]
+            self._ranges.append(
+                enclose(node.op, node.params, known) if len(known) == len(ranges) else (None,) * width
+            )
+            operands = [self.numbers(v) for v in node.operands]
+            made = results(node.op, node.params, operands, self._count)
+            self._numbers.append(made)
+            moved = [self.error(v) for v in node.operands]
+            self._errors.append(errors(node.op, node.params, operands, moved, made))
+        self._elements.append((None,) * width)
+        with suppress(TooLarge, ZeroDivisionError):
+            self._elements[index] = self._element(index, node)
+        for result in range(width):
+            self._register(Value(index, result), node)
+
+    def _register(self, value: Value, node: Node) -> None:
+        shape = (node.op, node.params, tuple(self.find(v) for v in node.operands), value.result)
+        self.union(value, self._by_shape.setdefault(shape, value))
+        element = self.element(value)
+        if element is None or len(element.num) > _LOOKUP_TERMS:
+            return
+        self.union(value, self._by_key.setdefault(element.key, value))
+        sign = self.sign(value) * self.poly_sign(element.den)
+        factor, base = monic(element.num)
+        if sign and factor:
+            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
+        poly = self.field.display(element)
+        if poly is None:
+            return
+        constant, factor, key = self._affine_key(poly)
+        if factor and key not in self._affine:
+            self._affine[key] = (value, factor, constant)
+            if 1 < len(poly) <= _SUM_TERMS:
+                rest = poly - self.field.number(constant).num
+                self._sums.append((value, rest / rest.leading_coefficient()))
+
+    def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
+        field = self.field
+        width = len(node.definition.results)
+        if node.op == "input":
+            return (self._new_free(Value(index)),)
+        if node.op == "const":
+            return (self.constants.number(Fraction(node.params[0])),)
+        if node.op in ("min", "max", "select", "sign"):
+            return (self._new_free(Value(index)),)
+        given = [self.element(v) for v in node.operands]
+        if node.op == "rotate" and node.params[0] != 0:
+            m = int(node.params[0])
+            rotor = self.rotors.rotor(node.operands[2], m)
+            if given[0] is None or given[1] is None or rotor is None:
+                return (None, None)
+            return self.rotors.turn((given[0], given[1]), rotor, m)
+        if node.op == "vector" and node.params[0] != 0:
+            given[2] = field.number(Fraction(0))
+        operands = [e for e in given if e is not None]
+        if len(operands) < len(given):
+            return (None,) * width
+        match node.op:
+            case "add":
+                return (field.add(*operands),)
+            case "sub":
+                return (field.sub(*operands),)
+            case "mul":
+                return (field.mul(*operands),)
+            case "cmul":
+                return (field.mul(self.constants.number(Fraction(node.params[0])), operands[0]),)
+            case "shift":
+                exponent = Fraction(node.params[0])
+                if exponent.denominator != 1:
+                    return (None,)
+                return (field.scale(Fraction(2) ** int(exponent), operands[0]),)
+            case "neg":
+                return (field.scale(Fraction(-1), operands[0]),)
+            case "abs":
+                return (field.mul(self._sign_element(node.operands[0]), operands[0]),)
+            case "flip":
+                return (field.mul(self._sign_element(node.operands[1]), operands[0]),)
+            case "guard":
+                return (operands[0],)
+            case "vector":
+                return self._vector_elements(node, operands)
+            case "rotate":
+                x, y, z = operands
+                return x, field.add(y, field.mul(x, z))
+            case "lightcone":
+                return self.square_root(field.mul(*operands), Value(index)), None
+            case "implicit":
+                rest = self._rest(int(node.params[0]), operands)
+                return None, self.square_root(rest, Value(index, 1))
+        return (None,) * width
+
+    def _new_free(self, value: Value) -> Element:
+        index = self.field.free()
+        self._generator_values[index] = value
+        return Element(self.field.generator(index), self.field.one)
+
+    def _rest(self, m: int, operands: Sequence[Element]) -> Element:
+        field = self.field
+        squares = [field.mul(e, e) for e in operands]
+        difference = field.sub(squares[1], squares[2])
+        return field.add(squares[0], field.scale(Fraction(m), difference))
+
+    def _vector_elements(self, node: Node, operands: Sequence[Element]) -> tuple[Element | None, ...]:
+        field, (x, y, z) = self.field, operands
+        m, sign = (int(p) for p in node.params)
+        if m == 0:
+            quotient = field.div(y, x)
+            return x, field.add(z, field.scale(Fraction(sign), quotient))
+        squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
+        return self.square_root(squares, None), None
+
+    def _sign_element(self, value: Value) -> Element:
+        """Return 1 or -1 where the sign is known, else a generator with square 1."""
+        interval = self.range(value)
+        if interval is not None and interval.lo >= 0:
+            return self.field.number(Fraction(1))
+        if interval is not None and interval.hi < 0:
+            return self.field.number(Fraction(-1))
+        element = self.element(value)
+        assert element is not None
+        factor, base = monic(element.num)
+        key = f"{factor > 0}{base}/{element.den}"
+        if key not in self._signs:
+            self._signs[key] = Element(self.field.generator(self.field.sign()), self.field.one)
+        return self._signs[key]
+
+    def square_root(self, radicand: Element, source: Value | None) -> Element:
+        """Return the non-negative root: squares of known sign leave it, the rest becomes a generator."""
+        field = self.field
+        if radicand.is_zero:
+            return radicand
+        whole = field.times(radicand.num, radicand.den)
+        outside = Element(field.one, radicand.den)
+        if not radicand.is_polynomial and self.poly_sign(radicand.den) == 0:
+            raise TooLarge
+        if self.poly_sign(radicand.den) < 0:
+            outside = field.scale(Fraction(-1), outside)
+        constant, factors = whole.factor_squarefree() if len(whole) <= _LOOKUP_TERMS else (1, [(whole, 1)])
+        inside = field.one * constant
+        pulled = field.one
+        for base, exponent in factors:
+            sign = self.poly_sign(base)
+            half = exponent // 2 if sign else 0
+            pulled = field.times(pulled, (base * sign) ** half) if half else pulled
+            inside = inside * base ** (exponent - 2 * half)
+        number = rational(inside.leading_coefficient()) if inside.is_constant() else None
+        root = None if number is None else square_root_of(number)
+        result = field.number(root) if root is not None else field.root(field.reduce(inside))
+        return field.mul(field.mul(result, Element(pulled, field.one)), outside)

@@ -1,0 +1,196 @@
+"""Each mechanism of the search saves what it should, keeps the meaning, and keeps who is valid."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cordicc.rewrite.cheapest import as_accurate
+from tests.rewriting import certain, multipliers, problem_of, same_where, searched, units
+
+TWO_LINKS = """
+D = (x**2 + y**2 - 0.18)/0.18
+q2 = acos(D)
+q1 = atan2(y, x) - atan2(0.3*sin(q2), 0.3 + 0.3*cos(q2))
+"""
+EDGE = {"x": [0.0, 0.6, 0.0, 0.61, 0.2], "y": [0.0, 0.0, 0.6, 0.0, -0.3]}
+
+
+def test_each_angle_by_its_own_circle_equation(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=-0.5:0.5, y=-0.5:0.5", TWO_LINKS, "q1, q2")
+    choice = searched(problem)
+    assert units(choice.graph) == ["implicit", "implicit"]
+    assert choice.proven
+    same_where(problem, choice.graph, EDGE)
+    assert any("q1" in step and "w" in step for steps in choice.steps.values() for step in steps)
+
+
+def test_half_angle_form_is_one_implicit_unit(tmp_path: Path) -> None:
+    equations = """
+r = sqrt(x**2 + y**2 - w**2)
+t = 2*atan((y - r)/(x + w))
+"""
+    problem = problem_of(tmp_path, "x=1:2, y=-1:1, w=-0.9:0.9", equations, "t")
+    assert units(searched(problem).graph) == ["implicit"]
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_arc_tangent_and_arc_cosine_of_a_quotient(tmp_path: Path, sign: str) -> None:
+    problem = problem_of(
+        tmp_path, "x=-2:2, y=-2:2, w=-1:1", f"t = atan2(y, x) {sign} acos(w/hypot(x, y))", "t"
+    )
+    choice = searched(problem)
+    assert units(choice.graph) == ["implicit"]
+    same_where(problem, choice.graph, {"x": [0.0, 0.0, 1.0], "y": [0.0, 1.0, 0.5], "w": [0.5, 1.0, 1.0]})
+
+
+@pytest.mark.parametrize("sign", ["+", "-"])
+def test_arc_tangent_and_root_over_the_third_coefficient(tmp_path: Path, sign: str) -> None:
+    equation = f"t = atan2(y, x) {sign} atan2(sqrt(x**2 + y**2 - w**2), w)"
+    problem = problem_of(tmp_path, "x=1:2, y=-2:2, w=-0.9:0.9", equation, "t")
+    assert units(searched(problem).graph) == ["implicit"]
+
+
+def test_arc_sine_minus_angle(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=1:2, y=-2:2, w=-0.9:0.9", "t = asin(w/hypot(x, y)) - atan2(y, x)", "t")
+    assert units(searched(problem).graph) == ["implicit"]
+
+
+def test_second_result_stands_for_a_root(tmp_path: Path) -> None:
+    equations = "p = asin((0.3*sin(t) - 0.1)/0.9)\ns = 0.3*cos(t) + 0.9*cos(p)"
+    problem = problem_of(tmp_path, "t=-3:3", equations, "p, s")
+    assert units(searched(problem).graph) == ["implicit", "rotate"]
+
+
+def test_second_result_of_the_hyperbolic_unit(tmp_path: Path) -> None:
+    equations = "u = asinh(x/2)\nc = 2*cosh(u)"
+    problem = problem_of(tmp_path, "x=-2:2", equations, "u, c")
+    assert len(units(searched(problem).graph)) == 1
+
+
+def test_homogeneous_scaling_replaces_rotations(tmp_path: Path) -> None:
+    equations = "q = atan2(y, x)\nt = atan2(v*cos(q) - w*sin(q), w*cos(q) + v*sin(q) + 1)"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, v=-1:1, w=-1:1", equations, "q, t")
+    choice = searched(problem)
+    assert units(choice.graph) == ["vector", "vector"]
+    zeros = {"x": [0.0, 0.0, 1.0], "y": [0.0, 1.0, 0.0], "v": [1.0, 0.0, 0.0], "w": [0.0, 0.0, -1.0]}
+    same_where(problem, choice.graph, zeros)
+
+
+def test_a_denominator_of_unknown_sign_gives_its_sign(tmp_path: Path) -> None:
+    equations = "t = atan2(x/w + 1, y/w)\ns = atan(x/(w + y))"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, w=-2:2", equations, "t, s")
+    choice = searched(problem)
+    assert units(choice.graph) == ["vector", "vector"]
+    same_where(problem, choice.graph, {"x": [1.0, 1.0, 0.0], "y": [1.0, 1.0, 0.0], "w": [0.0, -1.0, -2.0]})
+
+
+def test_tangents_leave_their_quotients(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=0.1:1", "r = 2/tan(x)\nt = atan(2/(r + 0.5))", "t")
+    assert units(searched(problem).graph) == ["rotate", "vector"]
+
+
+def test_angle_of_a_rotated_vector_is_a_sum(tmp_path: Path) -> None:
+    equations = "q = atan2(y, x)\nt = atan2(y*cos(w) + x*sin(w), x*cos(w) - y*sin(w))"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, w=-3:3", equations, "q, t")
+    choice = searched(problem)
+    assert units(choice.graph) == ["vector"]
+    same_where(problem, choice.graph, {"x": [0.0, -1.0], "y": [0.0, 0.0], "w": [1.0, 3.0]})
+
+
+def test_quarter_turns_and_signs_in_sums(tmp_path: Path) -> None:
+    equations = "q = atan2(y, x)\nt = atan2(cos(q)*cos(w) + sin(q)*sin(w), sin(q)*cos(w) - cos(q)*sin(w))"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, w=-3:3", equations, "q, t")
+    assert units(searched(problem).graph) == ["vector"]
+
+
+def test_inverse_functions_that_cancel(tmp_path: Path) -> None:
+    equations = "t = atan2(sin(x), cos(x))\nu = 3*asinh(sinh(x/3))\nv = cosh(x/3)"
+    problem = problem_of(tmp_path, "x=-3:3", equations, "t, u, v")
+    assert units(searched(problem).graph) == ["rotate"]
+
+
+def test_a_rounded_constant_is_what_it_stands_for(tmp_path: Path) -> None:
+    equations = "a = sin(x)\nb = cos(x + 0.3)\nt = atan2(a, (b + a*sin(0.3))/cos(0.3))"
+    problem = problem_of(tmp_path, "x=-3:3", equations, "t")
+    assert units(searched(problem).graph) == []
+
+
+def test_products_with_three_and_with_two_multipliers(tmp_path: Path) -> None:
+    circular = "c = cos(w)\ns = sin(w)\np = x*c - y*s\nq = y*c + x*s\nk = y*c - x*s\nl = x*c + y*s"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, w=-3:3", circular, "p, q, k, l")
+    assert multipliers(searched(problem).graph) == 4  # four products serve both senses
+    hyperbolic = "c = cosh(w)\ns = sinh(w)\np = x*c - y*s\nq = y*c - x*s\nb = s/c"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2, w=-1:1", hyperbolic, "p, q, b")
+    assert multipliers(searched(problem).graph) == 2
+
+
+def test_squares_are_shared(tmp_path: Path) -> None:
+    equations = "f = sqrt((x + 1)**2 + (y - 1)**2 + 9)\ng = sqrt((x - 3)**2 + (y + 1)**2 + 9)"
+    problem = problem_of(tmp_path, "x=-2:2, y=-2:2", equations, "f, g")
+    assert multipliers(certain(problem)) == 4
+    assert multipliers(searched(problem).graph) == 2
+
+
+FACTS = "assume:\n  - x**2 + y**2 + w**2 = 1\nsamples: rows.csv"
+
+
+def test_facts_about_the_inputs(tmp_path: Path) -> None:
+    generator = np.random.default_rng(1)
+    rows = generator.normal(size=(60, 3))
+    rows[:, 2] = np.clip(rows[:, 2], -1, 1)
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    text = "x,y,w\n" + "\n".join(",".join(repr(float(v)) for v in row) for row in rows)
+    (tmp_path / "rows.csv").write_text(text + "\n", encoding="utf-8")
+    equations = "r = sqrt(x**2 + y**2)\nt = atan2(r, w)\nu = atan2(y, x)\nv = x*cos(t) - w*sin(t)"
+    known = problem_of(tmp_path, "x=-1:1, y=-1:1, w=-1:1", equations, "t, u, v", FACTS)
+    unknown = problem_of(tmp_path, "x=-1:1, y=-1:1, w=-1:1", equations, "t, u, v", "samples: rows.csv")
+    assert len(units(searched(known).graph)) < len(units(searched(unknown).graph))
+
+
+def test_without_implicit_units_chains_are_counted(tmp_path: Path) -> None:
+    equations = "t = atan2(y, x) - acos(w/hypot(x, y))"
+    problem = problem_of(tmp_path, "x=1:2, y=1:2, w=-0.5:0.5", equations, "t")
+    graph = searched(problem, implicit=False).graph
+    assert units(graph) == ["vector", "vector", "vector"]
+
+
+@pytest.mark.parametrize("goal", ["processors", "latency", "area"])
+def test_goals_come_first(tmp_path: Path, goal: str) -> None:
+    from cordicc.rewrite.costs import Costs, of_graph
+    from tests.rewriting import KINEMATIC
+
+    equations = "q = atan2(y, x)\np = v*cos(q) - w*sin(q)\nt = atan2(p, w + x)"
+    problem = problem_of(tmp_path, "x=1:2, y=-2:2, v=1:2, w=1:2", equations, "q, t")
+    costs = Costs.of(KINEMATIC, implicit=True)
+    reached = {
+        g: of_graph(searched(problem, g).graph, costs, goal)[0] for g in ("processors", "latency", "area")
+    }
+    assert reached[goal] == min(reached.values())
+
+
+def test_hundreds_of_equations_keep_the_certain_realisation(tmp_path: Path) -> None:
+    lines = [
+        "q0 = atan2(y, x)",
+        *(f"q{i} = atan2(sin(q{i - 1}) + x, cos(q{i - 1}) + y)" for i in range(1, 200)),
+    ]
+    problem = problem_of(tmp_path, "x=1:2, y=1:2", "\n".join(lines), "q199")
+    choice = searched(problem)
+    assert not choice.searched
+    assert choice.graph == certain(problem)
+
+
+def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=1:2, y=1:2", "t = x - y\ns = x + y", "t, s")
+    bad = problem_of(tmp_path, "x=1:2, y=1:2", "t = (x*10000 + x) - (y + x*10000)\ns = x + y", "t, s")
+    points = {"x": np.linspace(1, 2, 50), "y": np.linspace(2, 1.01, 50)}
+    assert as_accurate(problem, certain(problem), certain(problem), points)
+    from cordicc.ir.graph import Builder
+
+    builder = Builder()
+    x, y = builder.input("x"), builder.input("y")
+    large = builder.emit("add", (builder.emit("mul", (x, builder.const(10000))), builder.const(0)))
+    worse = builder.emit("sub", (builder.emit("add", (large, x)), builder.emit("add", (large, y))))
+    graph = builder.build({"t": worse, "s": builder.emit("add", (x, y))})
+    assert not as_accurate(problem, certain(problem), graph, points)
+    assert units(certain(bad)) == []
