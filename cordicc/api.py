@@ -76,6 +76,7 @@ def compile(
     ii: int = 1,
     max_processors: int | None = None,
     max_latency: int | None = None,
+    certify: bool | None = None,
 ) -> Plan:
     """Compile a problem file to a plan; the options are those of `cordicc compile`.
 
@@ -83,7 +84,8 @@ def compile(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits.
     """
-    options = pipeline.Options(target, units, Limits(minimize, ii, max_processors, max_latency))
+    limits = Limits(minimize, ii, max_processors, max_latency)
+    options = pipeline.Options(target, units, limits, certify)
     return Plan.of(pipeline.compile_file(Path(problem), options).plan)
 
 

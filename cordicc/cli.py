@@ -12,7 +12,7 @@ import click
 from cordicc import __version__
 from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
-from cordicc.diagnostics import CordiccError, Diagnostic
+from cordicc.diagnostics import CordiccError, Diagnostic, Severity
 
 if TYPE_CHECKING:
     from cordicc.api import Plan
@@ -87,7 +87,18 @@ def main() -> None:
     metavar="SECONDS",
     help="Emergency stop of searches, which otherwise end on deterministic work limits.",
 )
+@click.option(
+    "--emit",
+    type=click.Choice(["c"]),
+    multiple=True,
+    help="Write more: 'c', a bit-accurate C99 model with its header.",
+)
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
+@click.option(
+    "--certify/--no-certify",
+    default=None,
+    help="Prove error bounds of the outputs.  [default: on fixed-point targets]",
+)
 @click.option("--explain", is_flag=True, help="Print how each operation came about.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no summary.")
@@ -102,7 +113,9 @@ def compile_command(
     max_latency: int | None,
     minimize: str,
     time_limit: float | None,
+    emit: tuple[str, ...],
     print_after: str | None,
+    certify: bool | None,
     explain: bool,
     as_json: bool,
     quiet: bool,
@@ -134,40 +147,79 @@ def compile_command(
         raise click.UsageError("--ii and --rate exclude each other")
     interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
-    options = pipeline.Options(target, units, limits)
+    options = pipeline.Options(target, units, limits, certify)
     compiled = pipeline.compile_file(file, options, watch)
     _tell(compiled.warnings)
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
-    write_files(folder, pipeline.artefacts(plan))
+    files = pipeline.artefacts(plan)
+    if "c" in emit:
+        from cordicc.backends import c_model
+
+        files |= c_model.files(plan)
+    write_files(folder, files)
     if explain:
         click.echo(explanation_text(plan), err=as_json)
     if as_json:
         click.echo(summary(plan), nl=False)
     elif not quiet:
         click.echo(plan_text(plan), nl=False)
-        click.echo(f"\n  wrote {folder}: {', '.join(pipeline.ARTEFACTS)}")
+        click.echo(f"\n  wrote {folder}: {', '.join(files)}")
 
 
 @main.command()
 @click.argument("plan", type=_FILE, metavar="PLAN|FILE")
-@click.option("--inputs", type=_FILE, metavar="IN.csv", help="Samples, under a header of input names.")
-@click.option(
-    "--random", "count", type=click.IntRange(1, 10_000_000), help="Draw so many samples.  [default: 10000]"
-)
+@click.option("--inputs", type=_FILE, metavar="IN.csv|IN.npz", help="Samples, under the names of the inputs.")
+@click.option("--random", "count", type=_POSITIVE, help="Draw so many samples.  [default: 10000]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the drawing.")
 @click.option(
-    "--outputs", type=_FILE, metavar="OUT.csv", help="Write the outputs and 'valid'; '-': to stdout."
+    "--outputs",
+    type=_FILE,
+    metavar="OUT.csv|OUT.npz",
+    help="Write the outputs and 'valid'; '-': CSV to stdout.",
 )
+@click.option(
+    "--compare",
+    nargs=2,
+    type=_FILE,
+    metavar="IN EXPECTED",
+    help="Compare with expected outputs instead of the equations; exit status 1 if they differ.",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    help="Largest difference that --compare allows.  [default: columns tol_<output>, else the plan's bound]",
+)
+@click.option(
+    "--reference",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Evaluate the equations in high precision for N samples.  [default: 10000]",
+)
+@click.option("--no-reference", is_flag=True, help="Only run the plan; compare with nothing.")
+@click.option("--report", is_flag=True, help="Show histograms and worst inputs, and search for worse ones.")
 @click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
+@click.option("--vcd", type=_FILE, metavar="FILE", help="Write the waveform of the first samples.")
+@click.option(
+    "--vcd-samples", type=_POSITIVE, default=100, show_default=True, metavar="N", help="Samples of --vcd."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the errors as one JSON object.")
+@click.pass_context
 def simulate(
+    ctx: click.Context,
     plan: Path,
     inputs: Path | None,
     count: int | None,
     seed: int,
     outputs: Path | None,
+    compare: tuple[Path, Path] | None,
+    tolerance: float | None,
+    reference: int | None,
+    no_reference: bool,
+    report: bool,
     cycle_accurate: bool,
+    vcd: Path | None,
+    vcd_samples: int,
     as_json: bool,
 ) -> None:
     """Run a plan, bit-true, and compare it with the equations.
@@ -177,27 +229,32 @@ def simulate(
     \b
     cordicc simulate build/planar-2r/plan.json --random 1000
     cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
+    cordicc simulate arm.yaml --compare poses.csv expected.csv
     """  # noqa: D301
-    from cordicc.emulate.sampling import draw, read_csv, write_csv
-    from cordicc.files import read_text
-    from cordicc.observation import DEFAULT_SAMPLES, compare
-    from cordicc.summary import comparison_json, comparison_text
+    from cordicc.cli_simulate import Reference, Run, check_expected, run_samples
 
     if inputs is not None and count is not None:
         raise click.UsageError("--inputs and --random exclude each other")
-    loaded = _plan_or_problem(plan)
-    if inputs is not None:
-        names = [item["name"] for item in loaded.problem["inputs"]]
-        samples, warnings = read_csv(read_text(inputs, 1 << 30), str(inputs), names)
-        _tell(warnings)
-    else:
-        samples = draw(loaded.problem, count or DEFAULT_SAMPLES, seed)
-    results = loaded.simulate(samples, cycle_accurate=cycle_accurate)
-    if outputs is not None:
-        _write_or_print(outputs, write_csv(results))
-    comparison = compare(loaded, samples, results)
-    text = (comparison_json if as_json else comparison_text)(loaded, comparison)
-    click.echo(text, nl=False, err=str(outputs) == "-")
+    if compare and any(option is not None for option in (inputs, count, outputs, vcd)):
+        raise click.UsageError("--compare excludes --inputs, --random, --outputs and --vcd")
+    if no_reference and (reference is not None or report):
+        raise click.UsageError("--no-reference excludes --reference and --report")
+    if tolerance is not None and not compare:
+        raise click.UsageError("--tolerance goes with --compare")
+    run = Run(_plan_or_problem(plan), cycle_accurate, as_json, _tell)
+    if compare:
+        ctx.exit(check_expected(run, *compare, tolerance))
+    if vcd is not None:
+        from cordicc.emulate import waveform
+        from cordicc.observation import DEFAULT_SAMPLES
+
+        drawn = count or DEFAULT_SAMPLES
+        first, more = waveform.first_samples(run.plan.problem, inputs, drawn, seed, vcd_samples)
+        _write_or_print(vcd, waveform.render(run.plan, first))
+        if more:
+            message = f"the waveform holds the first {vcd_samples} samples"
+            _tell([Diagnostic("W615", message, hint="--vcd-samples", severity=Severity.WARNING)])
+    run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report))
 
 
 def _write_or_print(path: Path, text: str) -> None:

@@ -7,23 +7,26 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
+from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 
+from cordicc.arith.cluster import executor as executor_of
 from cordicc.backends.front import Mark
-from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.diagnostics import CordiccError, Diagnostic
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan import Operand, Plan
 from cordicc.schedule.engine import Effort
-from cordicc.schedule.place import place
+from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify
-from cordicc.targets.model import CAU_KINDS
+from cordicc.targets.model import CAU_KINDS, load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
 MOST_POINTS = 30
-_EFFORT = Effort(schedule=4.0, words=0.05)
-"""FIFO words of large problems stay with a small gap; to prove all of them would take minutes."""
+_EFFORT = Effort(schedule=4.0, words=0.3, binding=0.0)
+"""FIFO words of large problems stay with a small gap, to prove all of them would take minutes; and the
+figures do not depend on the multiplexers."""
 
 Progress = Callable[[int, int], None]
 
@@ -71,20 +74,15 @@ class Front:
 def workers(jobs: int | None, cluster: str | None) -> Executor:
     """Return what runs the points: processes, by default one a core, or a Dask cluster.
 
-    Raises InvalidInput (E804) if there is no such cluster, or the package `distributed` is missing.
+    Raises InvalidInput (E721) if the cluster cannot be used.
     """
-    if cluster is None:
-        return ProcessPoolExecutor(jobs or os.cpu_count() or 1, get_context("spawn"))
-    try:
-        from distributed import Client
-
-        executor: Executor = Client(cluster, timeout=10).get_executor()
-    except ImportError:
-        hint = "pip install 'cordicc[cluster]'"
-        raise InvalidInput([Diagnostic("E804", "--cluster needs Dask", hint=hint)]) from None
-    except (OSError, ValueError) as error:
-        raise InvalidInput([Diagnostic("E804", f"cannot reach the cluster '{cluster}': {error}")]) from None
-    return executor
+    if cluster is not None:
+        return executor_of(cluster)
+    count = jobs or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, get_context("spawn"), _load)
+    for _ in range(count):
+        pool.submit(_load)  # they start while the problem is being compiled
+    return pool
 
 
 def explore(
@@ -104,31 +102,62 @@ def explore(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no number format that holds a value.
     """
-    bases = _bases(path, target, units, copies)
     with executor:
-        tasks = [
-            executor.submit(_point, base, choice, interval, processors)
-            for choice, base in bases.items()
-            for interval, processors in _choices(base, MOST_POINTS // len(bases))
-        ]
-        done: list[Future[Point]] = []
+        bases = _bases(path, target, units, copies, executor)
+        tasks: dict[Future[list[Point]], int] = {}
+        # The longest first: shared units take most, and those of long intervals are shared most.
+        for interval in reversed(INTERVALS):
+            for choice, base in bases.items():
+                counts = _counts(base, interval, MOST_POINTS // len(bases))
+                tasks[executor.submit(_points, base, choice, interval, counts)] = len(counts)
+        done, every = 0, sum(tasks.values())
         for task in as_completed(tasks):
-            done.append(task)
-            progress(len(done), len(tasks))
-        found = [task.result() for task in tasks]
+            done += tasks[task]
+            progress(done, every)
+        found = [point for task in tasks for point in task.result()]
     name = next(iter(bases.values())).name
     title = f"Trade-off of {name}" + (f", {copies} copies" if copies > 1 else "")
     return Front(name, title, Path(target).stem, copies, _front(found), len(found))
 
 
-def _bases(path: Path, target: str, units: str, copies: int) -> dict[str, Plan]:
+def _load() -> None:
+    """Load in a worker what solving takes, before there is anything to solve."""
+    import_module("ortools.sat.python.cp_model")
+
+
+def _bases(path: Path, target: str, units: str, copies: int, executor: Executor) -> dict[str, Plan]:
     """Return a plan for each choice of CAUs that makes a difference."""
-    bases = {units: plan_file(path, Options(target, units)).plan}
-    if units == "auto":
-        standard = plan_file(path, Options(target, "standard")).plan
-        if standard.operations != bases["auto"].operations:
-            bases["standard"] = standard
-    return {choice: replicated(plan, copies) for choice, plan in bases.items()}
+    choices: tuple[str, ...] = (units,)
+    if units == "auto" and load_target(target).has_implicit:
+        choices = ("implicit", "standard")
+    if len(choices) > 1 and isinstance(executor, ProcessPoolExecutor):
+        # A worker of a cluster may not have the file.
+        made = [task.result() for task in [executor.submit(_plan, path, target, c) for c in choices]]
+    else:
+        made = [_plan(path, target, choice) for choice in choices]
+    plans = [_plan_or_raise(each) for each in made]
+    bases = {choice: replicated(plan, copies) for choice, plan in zip(choices, plans, strict=True)}
+    if all(plan.operations == plans[0].operations for plan in plans):
+        return {units: bases[choices[0]]}
+    return bases
+
+
+_Failure = tuple[type[CordiccError], tuple[Diagnostic, ...]]
+"""An error as it travels between processes."""
+
+
+def _plan(path: Path, target: str, units: str) -> Plan | _Failure:
+    try:
+        return plan_file(path, Options(target, units)).plan
+    except CordiccError as error:
+        return type(error), error.diagnostics
+
+
+def _plan_or_raise(made: Plan | _Failure) -> Plan:
+    if isinstance(made, Plan):
+        return made
+    kind, diagnostics = made
+    raise kind(diagnostics)
 
 
 def replicated(plan: Plan, copies: int) -> Plan:
@@ -162,28 +191,39 @@ def replicated(plan: Plan, copies: int) -> Plan:
     )
 
 
-def _choices(plan: Plan, most: int) -> list[tuple[int, int]]:
-    """Return intervals with numbers of CAUs, from the fewest to one for each operation."""
+def _counts(plan: Plan, interval: int, most: int) -> list[int]:
+    """Return numbers of CAUs to look at, from the fewest to one for each operation; `most` in all."""
     counts = [sum(o.kind == kind for o in plan.operations) for kind in CAU_KINDS]
+    least, full = sum(-(-count // interval) for count in counts), sum(counts)
     share = max(1, (most - 1) // (len(INTERVALS) - 1))
-    chosen = [(INTERVALS[0], sum(counts))]
-    for interval in INTERVALS[1:]:
-        least, full = sum(-(-count // interval) for count in counts), sum(counts)
-        steps = min(share, full - least + 1)
-        # The first additional units shorten the latency most, so the steps grow.
-        spread = {least + (full - least) * k * k // max(1, (steps - 1) ** 2) for k in range(steps)}
-        chosen += [(interval, number) for number in sorted(spread)]
-    return chosen
+    steps = min(share, full - least + 1)
+    # The first additional units shorten the latency most, so the steps grow.
+    return sorted({least + (full - least) * k * k // max(1, (steps - 1) ** 2) for k in range(steps)})
 
 
-def _point(base: Plan, units: str, interval: int, processors: int) -> Point:
-    limits = Limits("latency", interval, processors, None, _EFFORT)
-    plan = place(base, limits)
-    verify(plan)
-    return Point(
-        units, interval, processors, plan.processors()["total"], plan.latency_cycles, plan.fifo_words,
-        plan.units_by_kind(), dict(plan.bounds), dict(plan.optimal),
-    )  # fmt: skip
+def _points(base: Plan, units: str, interval: int, counts: Sequence[int]) -> list[Point]:
+    """Return a point for each number of CAUs, until more of them cannot shorten the latency."""
+    points: list[Point] = []
+    for processors in counts:
+        plan = place(base, Limits("latency", interval, processors, None, _EFFORT))
+        verify(plan)
+        points.append(
+            Point(
+                units,
+                interval,
+                processors,
+                plan.processors()["total"],
+                plan.latency_cycles,
+                plan.fifo_words,
+                plan.units_by_kind(),
+                dict(plan.bounds),
+                dict(plan.optimal),
+            )
+        )
+        # The fewest CAUs for the least latency there is: all that follow would be this point again.
+        if plan.latency_cycles == scheduling_problem(base, interval).earliest().latency:
+            break
+    return points
 
 
 def _front(points: Sequence[Point]) -> tuple[Point, ...]:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from cordicc.emulate import accuracy, functional, sampling
 from cordicc.observation import DEFAULT_SEED, angles_of, exact, machine_of
 from cordicc.plan import Plan
-from cordicc.targets.sized import MOST_GUARD_BITS
 
 _SAMPLES = 2_000
 _GAIN = 1.1
@@ -22,7 +21,7 @@ _SHARES = (0.5, 0.9, 0.99, 1.0)
 """Of the samples, by size of error: a few ill-conditioned ones must not hide what the others lose."""
 
 
-def fewest_guard_bits(problem: Mapping[str, Any], plan_with: Callable[[int], Plan]) -> Plan:
+def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable[[int], Plan]) -> Plan:
     """Return the plan with the fewest guard bits that keeps the observed errors of every output small.
 
     Small is within one ulp of the output's word, or, where the rounding of the inputs alone makes more
@@ -30,6 +29,7 @@ def fewest_guard_bits(problem: Mapping[str, Any], plan_with: Callable[[int], Pla
 
     Args:
         problem: the problem as plans record it.
+        most: the most guard bits to try.
         plan_with: makes the plan for a number of guard bits.
     """
     inputs = sampling.draw(problem, _SAMPLES, DEFAULT_SEED)
@@ -41,9 +41,9 @@ def fewest_guard_bits(problem: Mapping[str, Any], plan_with: Callable[[int], Pla
         found = accuracy.errors(reference, angles, outputs)
         return {name: np.quantile(error, _SHARES) if error.size else _NONE for name, error in found.items()}
 
-    widest = plan_with(MOST_GUARD_BITS)
+    widest = plan_with(most)
     least = quantiles(widest)
-    for guard in range(MOST_GUARD_BITS):
+    for guard in range(most):
         plan = plan_with(guard)
         seen = quantiles(plan)
         if all(

@@ -9,6 +9,7 @@ from typing import Any
 
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
+from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import functional as functional_run
@@ -18,11 +19,11 @@ from cordicc.guard_bits import fewest_guard_bits
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
-from cordicc.ir.text import parse_graph
+from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.verify import verify as verify_graph
 from cordicc.observation import DEFAULT_SEED, machine_of, observe
 from cordicc.plan import Plan, Selection
-from cordicc.plan_check import check_operations, check_problem, check_sizes
+from cordicc.plan_check import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
 from cordicc.record import problem_data
 from cordicc.rewrite.base import Context
@@ -34,6 +35,8 @@ from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
+from cordicc.targets.sized import most_guard_bits
+from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 from cordicc.word_lengths import formats, magnitudes
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
@@ -49,6 +52,8 @@ class Options:
     target: str = DEFAULT_TARGET
     units: str = "auto"
     limits: Limits = field(default_factory=Limits)
+    certify: bool | None = None
+    """Derive proven error bounds; by default on fixed-point targets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +85,9 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
     planned = plan_file(path, options, watch)
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
+    fixed_point = isinstance(machine_of(plan).system, FixedSystem)
+    if fixed_point if options.certify is None else options.certify:
+        plan = with_bounds(plan, bounds_of(plan, allowed_errors(plan.problem)))
     return Compiled(plan, (*planned.warnings, *more))
 
 
@@ -89,12 +97,26 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
     loaded = read_problem(path)
     target = load_target(options.target)
     plans = []
+    refused = []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
     for implicit in _implicit_choices(options, target):
-        choice = rewrite(loaded.problem, target, implicit=implicit, goal=options.limits.minimize, watch=watch)
+        choice = rewrite(
+            loaded.problem,
+            target,
+            implicit=implicit,
+            preferred=options.units == "implicit",
+            goal=options.limits.minimize,
+            watch=watch,
+        )
         # Scheduling sees unit operations with their latencies only.
-        unplaced, warnings = _assembled(path, loaded, choice, target, options)
+        try:
+            unplaced, warnings = _assembled(path, loaded, choice, target, options)
+        except TooInaccurate as error:
+            refused.append(error)
+            continue
         plans.append((place(unplaced, options.limits), warnings))
+    if not plans:
+        raise refused[0]
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
     verify_plan(plan)
     return Compiled(plan, warnings)
@@ -108,7 +130,7 @@ def _assembled(
     selection = Selection(choice.searched, choice.proven)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
-        record = problem_data(loaded.problem, warnings)
+        record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
         plan = assemble(
             graph,
             target,
@@ -118,10 +140,10 @@ def _assembled(
             steps=choice.steps,
             selection=selection,
         )
-        return plan, warnings
+        return checked(plan), warnings
     held = magnitudes(loaded.problem, loaded.source, graph)
     warnings = (*warnings, *held.warnings)
-    record = problem_data(loaded.problem, warnings)
+    record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
 
     def plan_for(target: Target) -> Plan:
         system = target.machine().system
@@ -131,20 +153,28 @@ def _assembled(
             target,
             problem=record,
             options=recorded,
-            formats=formats(held, graph, system),
+            formats=formats(loaded.problem, loaded.source, held, graph, system),
             steps=choice.steps,
             selection=selection,
         )
 
     if not target.guard_is_open:
-        return plan_for(target), warnings
-    # As many guard bits as the accuracy needs.
-    plan = fewest_guard_bits(record, lambda guard: plan_for(load_target(options.target, guard)))
+        return checked(plan_for(target)), warnings
+    # As many guard bits as the accuracy needs, and wider words if the problem allows less error than that.
+    most = most_guard_bits(int(target.format["width"]))
+    plan = fewest_guard_bits(record, most, lambda guard: plan_for(load_target(options.target, guard)))
+    plan = widened(plan, lambda width, guard: plan_for(load_target(options.target, guard, width)))
     return plan, warnings
 
 
 def rewrite(
-    problem: Problem, target: Target, *, implicit: bool, goal: str, watch: Watch | None = None
+    problem: Problem,
+    target: Target,
+    *,
+    implicit: bool,
+    goal: str,
+    preferred: bool = False,
+    watch: Watch | None = None,
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
     context = Context(input_intervals(problem), goal)
@@ -158,7 +188,8 @@ def rewrite(
         if watch is not None:
             watch(step.name, graph)
     # One realisation is certain now; around it the search looks for the cheapest.
-    choice = cheapest(problem, graph, context, Costs.of(target, implicit=implicit))
+    costs = Costs.of(target, implicit=implicit, preferred=preferred)
+    choice = cheapest(problem, graph, context, costs)
     if watch is not None:
         watch("search", choice.graph)
     verify_graph(choice.graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
@@ -226,7 +257,9 @@ def check_plan(plan: Plan, name: str) -> Plan:
         inputs = {str(node.params[0]) for node in program.nodes if node.op == "input"}
         assert inputs == {item["name"] for item in plan.problem["inputs"]}, "the inputs of the program differ"
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
-        functional_run.run(plan, machine_of(plan), sampling.draw(plan.problem, 1, DEFAULT_SEED))
+        arithmetic = machine_of(plan)
+        check_formats(plan, arithmetic)
+        functional_run.run(plan, arithmetic, sampling.draw(plan.problem, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
         reason = (str(error).splitlines() or ["malformed"])[0][:500]
         message = f"the plan contradicts itself: {reason}"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from cordicc.arith.formats import NumberSystem
+from cordicc.arith.machine import Arithmetic
 from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
 from cordicc.plan import Operation, Plan
 
@@ -49,6 +51,27 @@ def _check(operation: Operation) -> None:
     for name, param in operation.params.items():
         if not _ALLOWED[name](param):
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+
+
+def check_formats(plan: Plan, arithmetic: Arithmetic) -> None:
+    """Raise ValueError if formats are not those of the number system, or a FIFO has another width."""
+    system = arithmetic.system
+    inputs = {item["name"] for item in plan.problem["inputs"]}
+    for name, spec in plan.formats.outputs.items():
+        _require_outside(system, f"output '{name}'", spec)
+    for name, spec in plan.formats.values.items():
+        if name in inputs:
+            _require_outside(system, f"input '{name}'", spec)
+    for fifo in plan.fifos:
+        width = system.format(plan.formats.values.get(fifo.value)).width_bits
+        if fifo.width != width:
+            raise ValueError(f"{fifo.id} is {fifo.width} bits wide, its words are {width}")
+
+
+def _require_outside(system: NumberSystem, what: str, spec: Mapping[str, int]) -> None:
+    width = system.spec().get("width")
+    if width is not None and spec["width"] != width:
+        raise ValueError(f"the words of {what} have {spec['width']} bits, outside there are {width}")
 
 
 def check_sizes(plan: Plan) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from cordicc.emulate.accuracy import Comparison
 from cordicc.plan import Plan
@@ -88,6 +88,14 @@ def _figure(number: float | None, unit: str = "") -> str:
     return "-" if number is None else f"{number:.3g}{unit}"
 
 
+def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
+    """Return a bound in words; under conditions with the share of the default samples that meet them."""
+    if bound is None:
+        return "not derived"
+    share = f", {bound['share_of_samples']:.4g} of samples" if bound.get("conditions") else ""
+    return _figure(bound["value"], unit) + share
+
+
 def _accuracy(plan: Plan) -> list[str]:
     header = ("output", "largest error", "rms error", "bound")
     table = [header]
@@ -95,7 +103,7 @@ def _accuracy(plan: Plan) -> list[str]:
         figures = plan.accuracy[output["name"]]
         unit = " rad" if output["angle"] else ""
         seen = figures["observed"]
-        bound = "not derived" if figures["bound"] is None else _figure(figures["bound"]["value"])
+        bound = _bound(figures["bound"], unit)
         table.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
     return _table(table)
 
@@ -116,20 +124,20 @@ def comparison_text(plan: Plan, comparison: Comparison) -> str:
     if comparison.lost:
         lines.append(f"  {count(comparison.lost, 'sample')} that the equations can do came out invalid")
     if comparison.gained:
-        lines.append(f"  {count(comparison.gained, 'sample')} at the edge of the domain came out valid")
+        gained = count(comparison.gained, "sample")
+        lines.append(f"  {gained} outside the domain of the equations came out valid")
     rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
     for output in plan.problem["outputs"]:
         seen = comparison.observed[output["name"]]
         unit = " rad" if output["angle"] else ""
         bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
-        bound_text = "not derived" if bound is None else _figure(bound["value"])
-        rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), bound_text))
+        rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), _bound(bound, unit)))
     return "\n".join([*lines, *_table(rows)]) + "\n"
 
 
-def comparison_json(plan: Plan, comparison: Comparison) -> str:
-    """Return the figures of a simulation as one JSON object, ending in a newline."""
-    data = {
+def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:
+    """Return the figures of a simulation as plain data."""
+    return {
         "name": plan.name,
         "target": plan.target["name"],
         "samples": comparison.samples,
@@ -144,4 +152,3 @@ def comparison_json(plan: Plan, comparison: Comparison) -> str:
             for name, seen in comparison.observed.items()
         },
     }
-    return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"

@@ -37,11 +37,11 @@ _LOOSE_BITS = 6
 """Bits that a proven range may cost beyond what was reached before the latter decides."""
 
 _UNPROVEN_HEADROOM = 4.0
-_HOPELESS = 2.0**10
+_HOPELESS = 2.0**20
 """An unbounded value that is seen to grow to this multiple of its median has no useful format."""
 
 _CLIMBERS = 16
-_CLIMBS = 24
+_CLIMBS = 96
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,19 +90,74 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
     return Magnitudes(found, outputs, tuple(dict.fromkeys(warnings)))
 
 
-def formats(found: Magnitudes, graph: Graph, system: FixedSystem) -> dict[Value | str, Spec]:
+def formats(
+    problem: Problem, source: Source, found: Magnitudes, graph: Graph, system: FixedSystem
+) -> dict[Value | str, Spec]:
     """Return the format of each value, and of each output by name.
 
-    Inputs have words as outside; a value that only leaves has the output's own.  Raises OverflowError.
+    Inputs have words as outside; a value that only leaves has the output's own.  A format is no finer than
+    its unit: see `_resolved`.
+
+    Raises:
+        Unattainable: a value is too large for every format (E412).
     """
     inner = {operand for node in graph.nodes for operand in node.operands}
-    chosen: dict[Value | str, Spec] = {}
+    used = graph.used_results()
+    finer = 2.0**-system.guard_bits  # words as outside may be as fine as those between operations
+
+    def chosen(value: Value | None, magnitude: float, equation: str, *, outside: bool) -> Spec:
+        resolved = 0.0 if value is None else _resolved(graph, value, found)
+        try:
+            if outside:
+                return system.outside(max(magnitude, resolved * finer)).spec()
+            return system.inside(max(magnitude, resolved)).spec()
+        except OverflowError:
+            raise _too_large(problem, source, equation, magnitude) from None
+
+    specs: dict[Value | str, Spec] = {}
     for value, magnitude in found.values.items():
-        outside = graph.node(value).op == "input" or value not in inner
-        chosen[value] = (system.outside if outside else system.inside)(magnitude).spec()
+        node = graph.node(value)
+        held = magnitude if value in used else 0.0  # an input that nothing uses needs no range
+        specs[value] = chosen(value, held, node.origin, outside=node.op == "input" or value not in inner)
     for name, magnitude in found.outputs.items():
-        chosen[name] = system.outside(magnitude).spec()
-    return chosen
+        value = graph.outputs[name]
+        made = value if value in found.values else None
+        specs[name] = chosen(made, magnitude, name, outside=True)
+    return specs
+
+
+def _too_large(problem: Problem, source: Source, equation: str, magnitude: float) -> Unattainable:
+    message = f"no fixed-point format holds a value of up to {magnitude:.3g}"
+    hint = "choose other units, so that numbers are nearer to 1"
+    return Unattainable([place(problem, source, equation, "E412", message, hint)])
+
+
+def _resolved(graph: Graph, value: Value, found: Magnitudes) -> float:
+    """Return the magnitude below which finer words between operations would only show the unit's own error.
+
+    Angles err absolutely: by an eighth of 2^(3 - w), the ulp of w-bit words for +-4 rad, so words for
+    +-1/2 rad keep them within one ulp.  Rotations err by a third of an ulp of words that hold the norm, or
+    the larger result; the second result of an implicit equation by an ulp of the operands' words.
+    """
+    node = graph.node(value)
+
+    def size(operand: Value) -> float:
+        number = graph.constant(operand)
+        return abs(float(number)) if number is not None else found.values.get(operand, 0.0)
+
+    match node.op, value.result:
+        case ("vector", 1) if node.params[0] != 0:
+            return 0.5
+        case ("lightcone", 1) | ("implicit", 0):
+            return 0.5
+        case ("rotate", _) if node.params[0] == 1:
+            return math.hypot(*(size(operand) for operand in node.operands[:2])) / 2
+        case ("rotate", _) if node.params[0] == -1:
+            return max(found.values.get(Value(value.node, port), 0.0) for port in (0, 1))
+        case ("implicit", 1):
+            return max(size(operand) for operand in node.operands)
+        case _:
+            return 0.0
 
 
 def _sign(column: np.ndarray) -> int:
@@ -136,6 +191,8 @@ def _unproven(
     peak, at = _climbed(problem, graph, value, samples)
     if bound <= peak * 2.0**_LOOSE_BITS < math.inf:
         return bound, None
+    if not peak and bound < math.inf:
+        return bound, None  # nothing but 0 was seen, which tells nothing
     node = graph.node(value)
     median = float(np.median(seen)) if seen.size else 0.0
     example = f"for example {peak:.3g} at {example_of(at, 0)}"
@@ -170,11 +227,12 @@ def _climbed(
     if problem.samples is None:
         random = np.random.Generator(np.random.PCG64(1))
         box = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
-        for climb in range(_CLIMBS):
-            step = 0.5 * 2.0 ** (-climb)
+        step = np.full(best.size, 0.5)
+        for _ in range(_CLIMBS):
             moved = {n: _moved(random, column, box[n], step) for n, column in points.items()}
             reached = measure(moved)
             higher = reached > heights
+            step = np.where(higher, np.minimum(2 * step, 0.5), step / 2)
             heights = np.where(higher, reached, heights)
             points = {n: np.where(higher, moved[n], column) for n, column in points.items()}
     top = int(np.argmax(heights))
@@ -182,7 +240,9 @@ def _climbed(
 
 
 def _moved(
-    random: np.random.Generator, column: np.ndarray, box: tuple[float, float], step: float
+    random: np.random.Generator, column: np.ndarray, box: tuple[float, float], step: np.ndarray
 ) -> np.ndarray:
     lo, hi = box
-    return np.clip(column + random.uniform(-1, 1, column.size) * (hi - lo) * step, lo, hi)
+    moved = column + random.uniform(-1, 1, column.size) * (hi - lo) * step
+    moved = np.where(moved > hi, 2 * hi - moved, np.where(moved < lo, 2 * lo - moved, moved))
+    return np.asarray(np.clip(moved, lo, hi))  # reflected, for the very end is often outside the domain

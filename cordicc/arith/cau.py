@@ -234,12 +234,16 @@ def _operands(*operands: FloatArray) -> tuple[NDArray[np.bool_], list[FloatArray
     valid = np.ones(shape, dtype=bool)
     for value in values:
         valid &= ~np.isnan(value)
+    if valid.all():
+        return valid, [np.broadcast_to(value, shape) for value in values]
     return valid, [np.where(valid, value, 1.0) for value in values]
 
 
 def _delivered(values: FloatArray, valid: NDArray[np.bool_]) -> FloatArray:
     """Return results within the exponents that a unit has, NaN where an operand is invalid."""
     size = np.abs(values)
+    if ((size < _LARGEST) & (size >= 1 / _LARGEST) & valid).all():
+        return values
     inside = np.where(size < _LARGEST, values, np.copysign(np.inf, values))
     inside = np.where(size < 1 / _LARGEST, 0.0, inside)
     return np.where(valid & ~np.isnan(values), inside, np.nan)

@@ -7,6 +7,7 @@ need cordicc itself.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from importlib import import_module
 from typing import Any
 
@@ -38,6 +39,31 @@ def outcomes(parts: Sequence[Task], address: str) -> Iterator[Outcome]:
             yield from bundle
 
 
+def executor(address: str) -> Executor:
+    """Return what runs functions of cordicc on the cluster of a scheduler.
+
+    Raises:
+        InvalidInput: distributed is not installed, nobody answers at the address, or it has no workers.
+    """
+    try:
+        distributed = import_module("distributed")
+    except ImportError as error:
+        hint = "pip install 'cordicc[cluster]', or leave out --cluster"
+        raise _invalid(f"--cluster needs distributed: {error}", hint) from error
+    client = _client(distributed, address)
+    try:
+        client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
+    except TimeoutError as error:
+        client.close()
+        raise _no_workers(address) from error
+    found: Executor = client.get_executor()
+    return found
+
+
+def _no_workers(address: str) -> InvalidInput:
+    return _invalid(f"the cluster at {address} has no workers", f"start one: dask worker {address}")
+
+
 def _try_out(client: Any, address: str) -> None:
     """Send nothing to everybody: joblib would wait for ever if the search could not be unpacked."""
     try:
@@ -45,8 +71,7 @@ def _try_out(client: Any, address: str) -> None:
         client.run(run_all, [])
         client.submit(run_all, []).result()
     except TimeoutError as error:
-        hint = f"start one: dask worker {address}"
-        raise _invalid(f"the cluster at {address} has no workers", hint) from error
+        raise _no_workers(address) from error
     except Exception as error:  # of what class depends on who could not unpack it
         hint = "install the same cordicc for the scheduler and for every worker"
         raise _invalid(f"the cluster at {address} cannot import the search", hint) from error

@@ -102,6 +102,7 @@ class FixedPoint:
             return words  # pi is out of range
         largest = math.floor(math.ldexp(math.pi, self.fraction_bits))
         over = (np.abs(words) > largest) & (np.abs(values) <= math.pi + self.ulp / 4)
+        over &= np.asarray(words) != self.invalid_word  # whatever an invalid operand's bits say
         return np.where(over, np.sign(words) * largest, words)
 
     def decode(self, words: Word) -> FloatArray:

@@ -1,7 +1,7 @@
 """The number system of fixed point: words of one width, a binary point for every value and constant.
 
 Adders, multipliers and sign logic compute exactly in integers and round once, to the format of the
-result.
+result; only an angle's wrapping, 2 pi being irrational, is off by 2^-6 ulp before that.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from cordicc.arith.operations import EXACT, kept
 from cordicc.arith.sequences import pi_fixed, turn_fixed
 
 _MOST_DIGITS = 17
+WRAP_GUARD_BITS = SHIFT_LIMIT - 2 - WIDTHS.stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +108,11 @@ class FixedSystem:
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
     ) -> Word:
-        """Execute an operation exactly, then round to the result's format."""
+        """Execute an operation exactly (wrapping to 2^-6 ulp), then round to the result's format."""
         assert isinstance(result, FixedPoint)
         numbers = [_exact(operand) for operand in operands]
         if op == "wrap":
-            return result.rounded_angle(_wrapped(numbers[0]))
+            return result.rounded_angle(_wrapped(numbers[0], operands[0].format.width_bits))
         return result.rounded(self._exact(op, params, numbers))
 
     def _exact(self, op: str, params: Mapping[str, Any], numbers: list[Exact]) -> Exact:
@@ -162,18 +163,29 @@ def _aligned(numbers: list[Exact]) -> tuple[list[Integers], int]:
     return [m << (fraction - n.fraction) for m, n in zip(mantissas, numbers, strict=True)], fraction
 
 
-def _wrapped(angle: Exact) -> Exact:
-    """Return an angle in radians modulo 2 pi: angle - q 2 pi, both with 28 fraction bits more.
+def wraps_in_int64(width_bits: int, fraction_bits: int) -> bool:
+    """Tell whether words of angles are wrapped in 64-bit integers, to 2^-6 ulp of any result's word.
 
-    q is the nearest number of turns to 2^-28 turn; beside a half turn either neighbour is right within
-    that, and the result is rounded to pi.
+    2 pi then has `WRAP_GUARD_BITS` fraction bits more than the angle; it is wrong by 2^-(fraction + 28) a
+    turn, of which there are at most 2^(width - fraction - 3).
     """
-    guard = SHIFT_LIMIT - 2 - WIDTHS.stop
+    return 2 * fraction_bits >= width_bits + 4
+
+
+def _wrapped(angle: Exact, width_bits: int) -> Exact:
+    """Return an angle in radians modulo 2 pi: angle - q 2 pi, with guard bits, within 2^-6 ulp of a word.
+
+    q is the nearest number of turns but for the roundings of the quotient; beside a half turn either
+    neighbour is right within them, and the result is rounded to pi.
+    """
     if angle.fraction >= WIDTHS.stop - 2:
         return angle  # below 2, whatever the word
-    mantissa, fraction = angle.mantissa, angle.fraction
-    if fraction < 0:
-        mantissa, fraction = mantissa.astype(object) << -fraction, 0
-    quotient_bits = WIDTHS.stop - 1 + max(0, -angle.fraction)
+    mantissa, fraction, guard = angle.mantissa, angle.fraction, WRAP_GUARD_BITS
+    if not wraps_in_int64(width_bits, fraction):
+        # Python's integers, with a guard bit more for each bit of the number of turns.
+        mantissa = mantissa.astype(object) << max(0, -fraction)
+        guard = WIDTHS.stop + max(0, width_bits - fraction)
+        fraction = max(0, fraction)
+    quotient_bits = WIDTHS.stop - 1 if mantissa.dtype != object else guard
     turns = shift_round(mantissa * turn_fixed(0, quotient_bits), fraction + quotient_bits)
     return Exact((mantissa << guard) - turns * pi_fixed(fraction + guard + 1), fraction + guard, angle.valid)

@@ -86,7 +86,7 @@ def wrapped(angle: FloatArray) -> FloatArray:
         turns = np.rint(angle / math.tau)
         near = np.abs(angle) <= 2.0**24
         turns = np.where(near, turns, 0.0)
-        result = (angle - turns * _TAU_HEAD) - turns * _TAU_TAIL
+        result = (angle - turns * TAU_HEAD) - turns * TAU_TAIL
     far = ~near & np.isfinite(angle)
     if far.any():
         result = result.copy()
@@ -94,8 +94,8 @@ def wrapped(angle: FloatArray) -> FloatArray:
     return np.asarray(result)
 
 
-_TAU_HEAD = math.floor(math.tau * 2**26) / 2**26
-_TAU_TAIL = (math.tau - _TAU_HEAD) + 2.4492935982947064e-16  # 2 pi - float(2 pi), correctly rounded
+TAU_HEAD = math.floor(math.tau * 2**26) / 2**26
+TAU_TAIL = (math.tau - TAU_HEAD) + 2.4492935982947064e-16  # 2 pi - float(2 pi), correctly rounded
 
 
 def _nearest_single(number: Fraction) -> np.float32:

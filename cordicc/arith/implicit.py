@@ -29,8 +29,8 @@ from cordicc.arith.sequences import StepTable, pi_fixed
 
 Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
 
-_LOG_BITS = 8
-_GUARD_BITS = 8
+LOG_BITS = 8
+GUARD_BITS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,16 +145,16 @@ def _estimate(twice_p: Scaled, twice_q: Scaled, c: Scaled) -> Int64:
     """Return log2 of N/(2p) to the nearest integer, within 0.8 more."""
     log_p, log_q, log_c = _log2(twice_p), _log2(twice_q), _log2(c)
     log_n = np.maximum(log_c, (log_p + log_q) >> 1)
-    middle = 5 << (_LOG_BITS - 3)  # 0.625: N is M times 1 to 2.42
-    log_e = log_n - log_p + (middle + (1 << (_LOG_BITS - 1)))
-    doublings: Int64 = np.clip(log_e >> _LOG_BITS, -1024, 1024)
+    middle = 5 << (LOG_BITS - 3)  # 0.625: N is M times 1 to 2.42
+    log_e = log_n - log_p + (middle + (1 << (LOG_BITS - 1)))
+    doublings: Int64 = np.clip(log_e >> LOG_BITS, -1024, 1024)
     return doublings
 
 
 def _log2(number: Scaled) -> Int64:
-    """Return log2 |number| with `_LOG_BITS`, from the leading bits (J. N. Mitchell, 1962): up to 0.09 low."""
-    top = normalise(Scaled(np.abs(number.mantissa), number.exponent), _LOG_BITS + 1)
-    return ((top.exponent + _LOG_BITS) << _LOG_BITS) + top.mantissa - (1 << _LOG_BITS)
+    """Return log2 |number| with `LOG_BITS`, from the leading bits (J. N. Mitchell, 1962): up to 0.09 low."""
+    top = normalise(Scaled(np.abs(number.mantissa), number.exponent), LOG_BITS + 1)
+    return ((top.exponent + LOG_BITS) << LOG_BITS) + top.mantissa - (1 << LOG_BITS)
 
 
 def _vector_of(p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64, Int64, Int64, Int64]:
@@ -162,9 +162,9 @@ def _vector_of(p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable) -> tuple[I
     bits = table.fraction_bits
     sizes = [p.exponent + bits, q.exponent + bits, c.exponent + table.operand_bits]
     largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2])
-    wide = largest - (bits + _GUARD_BITS)
+    wide = largest - (bits + GUARD_BITS)
     first, second, target = (shifted(n.mantissa, wide - n.exponent) for n in (p, q, c))
     x, y = first - second, first + second
     size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(target))
-    excess = np.where(size > 1 << (bits + _GUARD_BITS), _GUARD_BITS + 1, _GUARD_BITS)
+    excess = np.where(size > 1 << (bits + GUARD_BITS), GUARD_BITS + 1, GUARD_BITS)
     return shifted(x, excess), shifted(y, excess), shifted(target, excess), wide + excess

@@ -20,15 +20,16 @@ from numpy.typing import NDArray
 from cordicc.arith.sequences import COORDINATE_BITS, FACTOR_BITS, StepTable
 
 Integers = NDArray[Any]
+Work = tuple[Integers, Integers, Integers]
 
 
-def shift_round(value: Integers, shift: int) -> Integers:
-    """Return value / 2^shift rounded half up, in a new array."""
+def shift_round(value: Integers, shift: int, out: Integers | None = None) -> Integers:
+    """Return value / 2^shift rounded half up, in a new array or in `out`, which may be `value`."""
     if shift <= 0:
-        return value << -shift
+        return np.left_shift(value, -shift, out=out)
     if shift > 63 and value.dtype != object:  # every int64 is at most half of 2^64 in magnitude
-        return np.zeros_like(value)
-    result = value + (1 << (shift - 1))
+        return np.multiply(value, 0, out=out)
+    result: Integers = np.add(value, 1 << (shift - 1), out=out)
     result >>= shift
     return result
 
@@ -49,16 +50,7 @@ def multiply_round(value: Integers, constant: int, shift: int, value_bits: int =
     constant_bits = constant.bit_length()  # of the magnitude
     if value_bits + constant_bits < shift:  # the quotient is below a half
         return np.zeros_like(value)
-    # With value = high 2^k + low, 0 <= low < 2^k and k <= shift,
-    #   floor((value c + half) / 2^shift) = floor((high c + floor((low c + half) / 2^k)) / 2^(shift - k)),
-    # for floor(floor(u / 2^k) / 2^j) = floor(u / 2^(k + j)) and high c is an integer.  Repeated on `high`.
-    # With |c| < 2^(62 - k), |low c| < 2^62 and half <= 2^61, so every sum is below 2^63.
-    room = max(1, 62 - constant_bits)
-    excess = max(0, value_bits - room)
-    lower_limbs = -(-excess // room)
-    limb_bits = -(-excess // max(1, lower_limbs))
-    if constant_bits > 61 or not 1 <= shift <= 62 or lower_limbs * limb_bits > shift:
-        raise ValueError(f"{value_bits}-bit values times {constant} / 2^{shift} do not fit int64")
+    lower_limbs, limb_bits = limbs(constant, shift, value_bits)
     if not lower_limbs:
         return shift_round(value * constant, shift)
     high, carry = value, np.full_like(value, 1 << (shift - 1))
@@ -72,17 +64,38 @@ def multiply_round(value: Integers, constant: int, shift: int, value_bits: int =
     return high
 
 
-def sign(value: Integers) -> Integers:
-    """Return -1 where value < 0, else +1: sgn(0) = +1; as integers of the same type."""
-    return np.where(value < 0, -1, 1).astype(value.dtype, copy=False)
+def limbs(constant: int, shift: int, value_bits: int) -> tuple[int, int]:
+    """Return how many lower limbs `multiply_round` splits off, and their bits.  Raises ValueError."""
+    constant_bits = constant.bit_length()  # of the magnitude
+    # With value = high 2^k + low, 0 <= low < 2^k and k <= shift,
+    #   floor((value c + half) / 2^shift) = floor((high c + floor((low c + half) / 2^k)) / 2^(shift - k)),
+    # for floor(floor(u / 2^k) / 2^j) = floor(u / 2^(k + j)) and high c is an integer.  Repeated on `high`.
+    # With |c| < 2^(62 - k), |low c| < 2^62 and half <= 2^61, so every sum is below 2^63.
+    room = max(1, 62 - constant_bits)
+    excess = max(0, value_bits - room)
+    lower_limbs = -(-excess // room)
+    limb_bits = -(-excess // max(1, lower_limbs))
+    if constant_bits > 61 or not 1 <= shift <= 62 or lower_limbs * limb_bits > shift:
+        raise ValueError(f"{value_bits}-bit values times {constant} / 2^{shift} do not fit int64")
+    return lower_limbs, limb_bits
+
+
+def sign(value: Integers, out: Integers | None = None) -> Integers:
+    """Return -1 where value < 0, else +1: sgn(0) = +1; as integers of the same type, perhaps in `out`."""
+    if value.dtype == object:
+        return np.where(value < 0, -1, 1).astype(object)
+    result: Integers = np.right_shift(value, 8 * value.itemsize - 1, out=out)
+    result |= 1
+    return result
 
 
 def rotate(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Integers, Integers, Integers]:
     """Turn (x, y) by z: Walther's rotation mode, z driven to 0 (vector stretched by the gain)."""
     x, y, z = x.copy(), y.copy(), z.copy()
+    work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = sign(z)
-        _turn(table.m, x, y, direction, shift)
+        direction = sign(z, work[0])
+        _turn(table.m, x, y, direction, shift, work)
         direction *= angle
         z -= direction
     return x, y, z
@@ -91,20 +104,31 @@ def rotate(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Int
 def vector(x: Integers, y: Integers, z: Integers, table: StepTable) -> tuple[Integers, Integers, Integers]:
     """Turn (x, y), x >= 0, until y = 0: Walther's vectoring mode; z gains the angle of (x, y)."""
     x, y, z = x.copy(), y.copy(), z.copy()
+    side, step_x, step_y = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = sign(~y)  # -sgn(y), with sgn(0) = +1
-        _turn(table.m, x, y, direction, shift)
-        direction *= angle
-        z -= direction
+        side = sign(y, side)
+        step_y = shift_round(x, shift, step_y)
+        step_y *= side
+        if table.m:
+            step_x = shift_round(y, shift, step_x)
+            # A shift keeps the sign, so sgn(y) times it is its magnitude.
+            np.abs(step_x, out=step_x)
+            if table.m > 0:
+                x += step_x
+            else:
+                x -= step_x
+        y -= step_y
+        side *= angle
+        z += side
     return x, y, z
 
 
-def _turn(m: int, x: Integers, y: Integers, direction: Integers, shift: int) -> None:
-    """Apply one standard micro-rotation in place."""
-    step_y = shift_round(x, shift)
+def _turn(m: int, x: Integers, y: Integers, direction: Integers, shift: int, work: Work) -> None:
+    """Apply one standard micro-rotation in place; the last two arrays of `work` are overwritten."""
+    step_y = shift_round(x, shift, work[1])
     step_y *= direction
     if m:
-        step_x = shift_round(y, shift)
+        step_x = shift_round(y, shift, work[2])
         step_x *= direction
         if m > 0:
             x -= step_x
@@ -129,9 +153,10 @@ def implicit(
         x, y, the scaled target, and z plus the angle turned.
     """
     x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
+    work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     for shift, angle, factor in zip(table.shifts, table.angles, table.target_factors, strict=True):
-        direction = _towards(table.m, x, y, target)
-        _turn(table.m, x, y, direction, shift)
+        direction = _towards(table.m, x, y, target, work)
+        _turn(table.m, x, y, direction, shift, work)
         if factor:
             target += multiply_round(target, factor, FACTOR_BITS, table.coordinate_bits)
         direction *= angle
@@ -149,36 +174,48 @@ def implicit_root_free(
     """
     m = table.m
     x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
+    work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
+    small = np.empty_like(x)
     for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = _towards(m, x, y, target)
-        step_x = shift_round(y, shift - 1)
+        direction = _towards(m, x, y, target, work)
+        step_x = shift_round(y, shift - 1, work[1])
         step_x *= direction
-        step_x += shift_round(x, 2 * shift)
-        step_y = shift_round(x, shift - 1)
+        step_x += shift_round(x, 2 * shift, small)
+        step_y = shift_round(x, shift - 1, work[2])
         step_y *= direction
         if m > 0:
-            step_y -= shift_round(y, 2 * shift)
+            step_y -= shift_round(y, 2 * shift, small)
             x -= step_x
-            target += shift_round(target, 2 * shift)
+            target += shift_round(target, 2 * shift, small)
         else:
-            step_y += shift_round(y, 2 * shift)
+            step_y += shift_round(y, 2 * shift, small)
             x += step_x
-            target -= shift_round(target, 2 * shift)
+            target -= shift_round(target, 2 * shift, small)
         y += step_y
         direction *= angle
         z += direction
     return x, y, target, z
 
 
-def _towards(m: int, x: Integers, y: Integers, target: Integers) -> Integers:
-    """Return the direction towards the point with y = target and x >= 0.
+def _towards(m: int, x: Integers, y: Integers, target: Integers, work: Work) -> Integers:
+    """Return the direction towards the point with y = target and x >= 0; `work` is overwritten.
 
     Where x >= 0, y grows with the angle, so the comparison of y and target is that of the angles.
     Where x < 0 the vector has overshot and turns back: towards +x on the circle, along the branch of
     the hyperbola.
     """
-    back = ~y if m > 0 else y
-    return sign(np.where(x < 0, back, target - y))
+    direction, other, _ = work
+    np.subtract(target, y, out=direction)
+    if x.dtype == object:
+        back = ~y if m > 0 else y
+        return sign(np.where(x < 0, back, direction))
+    # In two's complement the sign of a ^ ((a ^ b) & c) is that of b where c < 0, else that of a.
+    np.bitwise_xor(direction, y, out=other)
+    if m > 0:
+        np.invert(other, out=other)
+    np.bitwise_and(other, x, out=other)
+    direction ^= other
+    return sign(direction, direction)
 
 
 def quarter_turn(

@@ -23,7 +23,7 @@ RULES = ("single-rotation", "root-free")
 
 _MOST_MANTISSA_BITS = 40 + INTEGER_BITS
 _MOST_ANGLE_BITS = 44
-_FEWEST_ITERATIONS = 16
+_FEWEST_ITERATIONS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Arithmetic:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
             results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
-            angle = _ANGLE_RESULT.get(op) if params.get("m") == 1 else None
+            angle = ANGLE_RESULT.get(op) if params.get("m") == 1 else None
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
                 for at, (v, f) in enumerate(zip(results, formats, strict=True))
@@ -89,7 +89,7 @@ _UNIT_OPERATIONS: dict[str, Callable[..., tuple[FloatArray, ...]]] = {
     "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
 }
 
-_ANGLE_RESULT = {"vector": 1, "implicit": 0}
+ANGLE_RESULT = {"vector": 1, "implicit": 0}
 """Which result of a circular operation is an angle."""
 
 

@@ -24,12 +24,12 @@ from cordicc.arith.formats import FloatArray
 from cordicc.arith.kernels import multiply_round
 from cordicc.arith.sequences import StepTable, inverse_ln2_fixed, ln2_fixed, pi_fixed, turn_fixed
 
-_LN2_BITS = 48
-_SCALE_BITS = 4
-_TAU_BITS = 37
-_TURN_BITS = 64
-_TURN_TAIL_BITS = 30
-_PHASE_EXPONENTS = range(-192, 129)
+LN2_BITS = 48
+SCALE_BITS = 4
+TAU_BITS = 37
+TURN_BITS = 64
+TURN_TAIL_BITS = 30
+PHASE_EXPONENTS = range(-192, 129)
 
 
 class Reduced(NamedTuple):
@@ -51,25 +51,23 @@ def reduce_circular(angle: Scaled, angle_bits: int) -> Reduced:
     quadrant = (phase + np.uint64(1 << 61)) >> np.uint64(62)
     rest = (phase - (quadrant << np.uint64(62))).view(np.int64)
     # 3 bits are below the angle's last; |rest| <= 2^-3 turn.
-    rest = shifted_by(rest, _TURN_BITS - angle_bits - 3)
-    remainder = multiply_round(rest, pi_fixed(_TAU_BITS + 1), _TAU_BITS + 3, angle_bits)
+    rest = shifted_by(rest, TURN_BITS - angle_bits - 3)
+    remainder = multiply_round(rest, pi_fixed(TAU_BITS + 1), TAU_BITS + 3, angle_bits)
     return Reduced((quadrant & np.uint64(3)).astype(np.int64), remainder)
 
 
 def phase_in_turns(angle: Scaled) -> FloatArray:
     """Return an angle in radians modulo one turn, in [-1/2, 1/2] turns, to 2^-54."""
-    return np.ldexp(_phase(angle).view(np.int64).astype(np.float64), -_TURN_BITS)
+    return np.ldexp(_phase(angle).view(np.int64).astype(np.float64), -TURN_BITS)
 
 
 def _phase(angle: Scaled) -> NDArray[np.uint64]:
     """Return the phase of mantissas of at most 32 bits with 64 fraction bits, modulo 1."""
-    heads, tails = _phase_constants()
-    index = (
-        np.clip(angle.exponent, _PHASE_EXPONENTS.start, _PHASE_EXPONENTS.stop - 1) - _PHASE_EXPONENTS.start
-    )
+    heads, tails = phase_constants()
+    index = np.clip(angle.exponent, PHASE_EXPONENTS.start, PHASE_EXPONENTS.stop - 1) - PHASE_EXPONENTS.start
     phase = angle.mantissa.astype(np.uint64)
     phase *= heads[index]
-    phase += ((angle.mantissa * tails[index]) >> _TURN_TAIL_BITS).astype(np.uint64)
+    phase += ((angle.mantissa * tails[index]) >> TURN_TAIL_BITS).astype(np.uint64)
     return phase
 
 
@@ -98,7 +96,7 @@ def angle_sum(z: Scaled, angle: Int64, operand_bits: int, angle_bits: int) -> Fl
 
 def ln2_multiple(count: Int64, angle_bits: int) -> Int64:
     """Return count * ln 2 as a fixed-point angle, for |count| <= 2^14."""
-    return shifted_by(count * ln2_fixed(_LN2_BITS), _LN2_BITS - angle_bits)
+    return shifted_by(count * ln2_fixed(LN2_BITS), LN2_BITS - angle_bits)
 
 
 def shifted_by(value: Int64, count: int) -> Int64:
@@ -114,9 +112,9 @@ def compensated(coordinate: Int64, exponent: Int64, table: StepTable) -> Scaled:
     The reciprocal has one fraction bit more than a coordinate has bits, so the quotient errs by an
     eighth of the coordinate's unit after standard iterations, by a sixth after root-free ones.
     """
-    shift = table.coordinate_bits + 1 - _SCALE_BITS
+    shift = table.coordinate_bits + 1 - SCALE_BITS
     product = multiply_round(coordinate, table.inverse_gain, shift, table.coordinate_bits)
-    return Scaled(product, exponent - _SCALE_BITS)
+    return Scaled(product, exponent - SCALE_BITS)
 
 
 def padded(number: Scaled, bits: int) -> Scaled:
@@ -126,10 +124,10 @@ def padded(number: Scaled, bits: int) -> Scaled:
 
 
 @cache
-def _phase_constants() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+def phase_constants() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
     """Return 2^e/(2 pi) modulo 1 for each exponent e: 64 fraction bits, and the 30 after them."""
-    bits = _TURN_BITS + _TURN_TAIL_BITS
-    turns = [turn_fixed(exponent, bits) % (1 << bits) for exponent in _PHASE_EXPONENTS]
-    heads = np.array([turn >> _TURN_TAIL_BITS for turn in turns], dtype=np.uint64)
-    tails = np.array([turn & ((1 << _TURN_TAIL_BITS) - 1) for turn in turns], dtype=np.int64)
+    bits = TURN_BITS + TURN_TAIL_BITS
+    turns = [turn_fixed(exponent, bits) % (1 << bits) for exponent in PHASE_EXPONENTS]
+    heads = np.array([turn >> TURN_TAIL_BITS for turn in turns], dtype=np.uint64)
+    tails = np.array([turn & ((1 << TURN_TAIL_BITS) - 1) for turn in turns], dtype=np.int64)
     return heads, tails

@@ -9,6 +9,8 @@ from cordicc.backends.svg import INK, MUTED, RULE, Svg, fitted, number, text_wid
 
 _WIDTH, _HEIGHT = 640, 360
 _LEFT, _TOP, _MARGIN = 84, 84, 20
+_SIDE = 18.0
+_SIZE = 9.0
 _COLOURS = ("#1f5d96", "#9a4f00", "#2f7030", "#72418a", "#80660a", "#454c54")
 _SIGNS = ("M-5 -5h10v10h-10z", "M0 -6l6 6l-6 6l-6 -6z", "M0 -6l6 11h-12z", "M0 6l6 -11h-12z")
 
@@ -29,36 +31,60 @@ def render(title: str, marks: Sequence[Mark]) -> str:
     svg = Svg("pf")
     total = _LEFT + _WIDTH + 150
     svg.text(_MARGIN, 30, fitted(title, 16, total - 2 * _MARGIN, bold=True), 16, bold=True)
-    svg.text(_MARGIN, 50, "Latency in cycles over CAUs; at each point its FIFO words", 11, fill=MUTED)
-    across = _Axis.over([mark.processors for mark in marks], _LEFT, _LEFT + _WIDTH)
+    svg.text(
+        _MARGIN,
+        50,
+        "Latency in cycles over CAUs, intervals side by side; at each point its FIFO words",
+        11,
+        fill=MUTED,
+    )
+    across = _Axis.over([0, *(mark.processors for mark in marks)], _LEFT, _LEFT + _WIDTH)
     up = _Axis.over([mark.latency for mark in marks], _TOP + _HEIGHT, _TOP)
     _grid(svg, across, up)
     intervals = sorted({mark.interval for mark in marks})
-    written: list[tuple[float, float, float]] = []
+    # Intervals stand side by side, as the same CAUs and latency serve several of them.
+    apart = min(_SIDE, 0.8 * (across.at(1) - across.at(0)) / max(len(intervals), 1))
+    places: list[tuple[Mark, float, float]] = []
     for index, interval in enumerate(intervals):
-        colour, sign = _COLOURS[index % len(_COLOURS)], _SIGNS[index % len(_SIGNS)]
+        colour, sign = _look(index)
+        shift = (index - (len(intervals) - 1) / 2) * apart
         series = sorted((m for m in marks if m.interval == interval), key=lambda m: (m.processors, m.latency))
-        places = [(across.at(mark.processors), up.at(mark.latency)) for mark in series]
-        path = "L".join(f"{number(x)} {number(y)}" for x, y in places)
-        svg.tag("path", d=f"M{path}", fill="none", stroke=colour, stroke_width=1.2)
-        for mark, (x, y) in zip(series, places, strict=True):
-            svg.open(mark.tip)
-            svg.tag("path", d=sign, transform=f"translate({number(x)} {number(y)})", fill=colour)
-            _label(svg, str(mark.fifo_words), x + 9, y - 6, written)
-            svg.close()
-        y = _TOP + 20 * index
-        svg.tag("path", d=sign, transform=f"translate({_LEFT + _WIDTH + 30} {y})", fill=colour)
-        svg.text(_LEFT + _WIDTH + 44, y + 4, f"interval {interval}", 11)
+        here = [(m, across.at(m.processors) + shift, up.at(m.latency)) for m in series]
+        path = "L".join(f"{number(x)} {number(y)}" for _, x, y in here)
+        svg.tag("path", d=f"M{path}", fill="none", stroke=colour, stroke_width=1, stroke_opacity=0.5)
+        places += here
+        row = _TOP + 20 * index
+        svg.tag("path", d=sign, transform=f"translate({_LEFT + _WIDTH + 30} {row})", fill=colour)
+        svg.text(_LEFT + _WIDTH + 44, row + 4, f"interval {interval}", 11)
+    taken = [(x - 7, x + 7, y - 7, y + 7) for _, x, y in places]
+    for mark, x, y in places:
+        colour, sign = _look(intervals.index(mark.interval))
+        svg.open(mark.tip)
+        svg.tag("path", d=sign, transform=f"translate({number(x)} {number(y)})", fill=colour)
+        _label(svg, str(mark.fifo_words), x, y, taken)
+        svg.close()
     return svg.document(total, _TOP + _HEIGHT + 56, title)
 
 
-def _label(svg: Svg, text: str, x: float, y: float, written: list[tuple[float, float, float]]) -> None:
-    """Write a label, below those already there."""
-    width = text_width(text, 9)
-    while any(abs(y - other) < 10 and x < right and left < x + width for left, right, other in written):
-        y += 10
-    written.append((x, x + width, y))
-    svg.text(x, y, text, 9, fill=INK)
+def _look(index: int) -> tuple[str, str]:
+    return _COLOURS[index % len(_COLOURS)], _SIGNS[index % len(_SIGNS)]
+
+
+def _label(svg: Svg, text: str, x: float, y: float, taken: list[tuple[float, float, float, float]]) -> None:
+    """Write a label above or below a mark, clear of what is there (left, right, top, bottom)."""
+    half = text_width(text, _SIZE) / 2 + 1
+    # Baselines nearest to the mark first; one of so many is free of so few marks.
+    baselines = [y + side for step in range(len(taken) + 1) for side in (-10 - 11 * step, 18 + 11 * step)]
+
+    def free(line: float) -> bool:
+        return not any(
+            x - half < right and left < x + half and line - _SIZE < bottom and top < line + 1
+            for left, right, top, bottom in taken
+        )
+
+    line = next(filter(free, baselines), baselines[0])
+    taken.append((x - half, x + half, line - _SIZE, line + 1))
+    svg.text(x, line, text, _SIZE, anchor="middle", fill=INK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +99,12 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[int], begin: float, end: float) -> _Axis:
-        """Return the axis that has room for some values and zero."""
-        most = max(values, default=0)
-        step = next(b * 10**p for p in range(18) for b in (1, 2, 5) if b * 10**p * 10 >= max(most, 1))
-        return cls(0, step * (most // step + 1), step, begin, end)
+        """Return the axis that has room on both sides of some values, but none below zero."""
+        least, most = min(values, default=0), max(values, default=0)
+        # A few cycles of difference are to be seen, but not to look like much.
+        span = max(most - least, most // 8, 1)
+        step = next(b * 10**p for p in range(18) for b in (1, 2, 5) if b * 10**p * 8 >= span)
+        return cls(max(0, step * (least // step - 1)), step * (most // step + 1), step, begin, end)
 
     def at(self, value: int) -> float:
         """Return the pixel of a value."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.emulate.histogram import angular
 from cordicc.ir.graph import Graph
 from cordicc.ir.reference import evaluate
 
@@ -63,10 +63,7 @@ def errors(
     both = defined & outputs["valid"].astype(bool)
     found = {}
     for name, is_angle in angles.items():
-        error = np.abs(outputs[name][both] - values[name][both])
-        if is_angle:
-            error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
-        found[name] = error
+        found[name] = angular(outputs[name][both] - values[name][both], is_angle)
     return found
 
 

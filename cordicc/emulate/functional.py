@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from cordicc.arith.compiled import available, compiled_arithmetic, is_compiled
 from cordicc.arith.formats import FloatArray, Signal
 from cordicc.arith.machine import Arithmetic
 from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, dependence_order, prepare
 from cordicc.plan import Operand, Operation, Plan
+from cordicc.targets.model import CAU_KINDS
 
-_BLOCK_SAMPLES = 8192
+_BLOCK_SAMPLES = 16384
 """Enough to hide the cost of a NumPy call, few enough for the words to stay in the cache."""
+
+_COMPILED_FROM = 20_000_000
+"""Unit operations of a run from which loading compiled units pays."""
+
+_PROBES = 256
+"""Samples on which compiled units are compared with the others before they are used."""
 
 
 def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> Outputs:
@@ -24,15 +32,53 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
     ValueError for missing inputs and unequal lengths.
     """
     samples, in_range = prepare(plan, inputs)
+    return _run(plan, accelerated(plan, arithmetic, samples, in_range.size), samples, in_range)
+
+
+def _run(
+    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], in_range: NDArray[np.bool_]
+) -> Outputs:
     order = dependence_order(plan)
     formats = Formats.of(plan, arithmetic)
+    constants = _constants(plan, arithmetic)
     outputs = {name: np.empty(in_range.size) for name in plan.outputs}
     for begin in range(0, in_range.size, _BLOCK_SAMPLES):
         block = slice(begin, begin + _BLOCK_SAMPLES)
         part = {name: array[block] for name, array in samples.items()}
-        for name, numbers in _evaluate(plan, order, arithmetic, formats, part, in_range[block].size).items():
+        length = in_range[block].size
+        for name, numbers in _evaluate(plan, order, arithmetic, formats, constants, part, length).items():
             outputs[name][block] = numbers
     return deliver(outputs, in_range)
+
+
+def accelerated(
+    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], total: int
+) -> Arithmetic:
+    """Return the arithmetic with compiled units if that pays for `total` samples and numba is installed.
+
+    The bits are the same, and the first of `samples` are run by both to see it.
+    """
+    caus = sum(operation.kind in CAU_KINDS for operation in plan.operations)
+    if total * caus < _COMPILED_FROM or not available() or is_compiled(arithmetic):
+        return arithmetic
+    machine = compiled_arithmetic(arithmetic)
+    probes = prepare(plan, {name: column[:_PROBES] for name, column in samples.items()})
+    expected, seen = _run(plan, arithmetic, *probes), _run(plan, machine, *probes)
+    for name, column in expected.items():
+        assert np.array_equal(column, seen[name], equal_nan=True), (
+            f"compiled units give other bits for '{name}'; delete the __pycache__ of cordicc.arith"
+        )
+    return machine
+
+
+def _constants(plan: Plan, arithmetic: Arithmetic) -> dict[str, Signal]:
+    """Return the constant operands by their text, for a whole block."""
+    operands = [operand for operation in plan.operations for operand in operation.operands]
+    return {
+        operand.constant: constant_signal(arithmetic, operand, _BLOCK_SAMPLES)
+        for operand in (*operands, *plan.outputs.values())
+        if operand.constant is not None
+    }
 
 
 def _evaluate(
@@ -40,6 +86,7 @@ def _evaluate(
     order: Sequence[Operation],
     arithmetic: Arithmetic,
     formats: Formats,
+    constants: Mapping[str, Signal],
     samples: Mapping[str, FloatArray],
     length: int,
 ) -> dict[str, FloatArray]:
@@ -49,7 +96,9 @@ def _evaluate(
     def fetch(operand: Operand) -> Signal:
         if operand.value is not None:
             return values[operand.value]
-        return constant_signal(arithmetic, operand, length)
+        assert operand.constant is not None
+        words, format_ = constants[operand.constant]
+        return Signal(words[:length], format_)
 
     for operation in order:
         operands = [fetch(operand) for operand in operation.operands]

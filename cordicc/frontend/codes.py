@@ -55,6 +55,5 @@ CODES: dict[str, str] = {
     "W104": "a setting has no effect",
     "W105": "the YAML reader had a remark",
     "W106": "a unit that is not the one of the values",
-    "W107": "an error limit is not enforced",
     "W108": "an assumption is not checked",
 }

@@ -108,10 +108,6 @@ class OutputReader:
                 max_error = read_constant(error_node, "'max_error'", self.scope, self.places)
                 if max_error is not None and max_error <= 0:
                     self.report.error("E215", "'max_error' must be greater than 0", error_node.span)
-                elif max_error is not None:
-                    message = f"max_error of '{name}' is recorded but not enforced: "
-                    key = next((key for key, value in options.pairs if value is error_node), error_node)
-                    self.report.warning("W107", message + "no error bound is derived yet", key.span)
         return OutputSpec(name, is_angle, is_angle and wrap, max_error)
 
     def _mapping_form(self, node: YamlNode) -> str:

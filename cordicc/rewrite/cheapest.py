@@ -58,16 +58,17 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
     least = of_graph(graph, costs, context.goal)
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
-        found = search(problem, context.inputs, bases, costs, context.goal, lift=lift)
+        found = None
+        for found in search(problem, context.inputs, bases, costs, context.goal, lift=lift):
+            made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
+            verify(made)
+            if of_graph(made, costs, context.goal) >= least:
+                return Choice(graph, proven=found.proven, searched=True)
+            if as_accurate(problem, graph, made, points):
+                steps = found.steps if costs.implicit else {}
+                return Choice(made, found.proven, True, steps)
         if found is None:
             return Choice(graph)
-        made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
-        verify(made)
-        if of_graph(made, costs, context.goal) >= least:
-            return Choice(graph, proven=found.proven, searched=True)
-        if as_accurate(problem, graph, made, points):
-            steps = found.steps if costs.implicit else {}
-            return Choice(made, found.proven, True, steps)
     return Choice(graph, searched=True)
 
 

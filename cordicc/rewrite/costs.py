@@ -21,20 +21,21 @@ class Costs:
 
     `implicit`: implicit CAUs may be used; else such an operation is a chain of three standard ones, or of
     two if one of its coefficients is 0.  `floating`: numbers have exponents, so that values may be scaled
-    by common denominators.
+    by common denominators.  `preferred`: few standard CAUs come before every goal.
     """
 
     latency: dict[str, int]
     area: dict[str, int]
     implicit: bool = True
     floating: bool = True
+    preferred: bool = False
 
     @classmethod
-    def of(cls, target: Target, *, implicit: bool) -> Costs:
-        """Return the costs on a target, whose implicit CAUs may be used or not."""
+    def of(cls, target: Target, *, implicit: bool, preferred: bool = False) -> Costs:
+        """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        return cls(latency, area, implicit, target.format["kind"] != "fixed-point")
+        return cls(latency, area, implicit, target.format["kind"] != "fixed-point", implicit and preferred)
 
     def caus(self, op: str, zero_coefficient: bool = False) -> int:
         """Return how many CAUs an operation takes."""
@@ -61,17 +62,19 @@ def of_graph(graph: Graph, costs: Costs, goal: str) -> tuple[int, ...]:
     """Return what a graph of unit operations costs, the first goal first."""
     live = graph.live()
     finish = [0] * len(graph.nodes)
-    processors = multipliers = area = 0
+    processors = standard = multipliers = area = 0
     for index, node in enumerate(graph.nodes):
         units = costs.caus(node.op, any(graph.constant(v) == 0 for v in node.operands[:2]))
         start = max((finish[v.node] for v in node.operands), default=0)
         finish[index] = start + costs.cycles(node.op, units)
         if index in live:
             processors += units
+            standard += units if node.op != "implicit" else 0
             multipliers += node.op == "mul"
             area += costs.size(node.op, units)
     latency = max(finish[v.node] for v in graph.outputs.values())
-    return ordered(goal, processors, multipliers, latency, area)
+    goals = ordered(goal, processors, multipliers, latency, area)
+    return (standard, *goals) if costs.preferred else goals
 
 
 def ordered(goal: str, processors: Any, multipliers: Any, latency: Any, area: Any) -> tuple[Any, ...]:

@@ -14,6 +14,9 @@ _SEED = 1
 _WORK = (0.8, 0.4, 0.2, 0.2)
 """Deterministic time of the solver for each goal, the most important first."""
 
+_PREFERENCE = 0.4
+"""The same for the number of standard CAUs, where implicit ones are preferred."""
+
 _STEP = 64
 """Time is counted in 1/64 cycles, so that operations without a cycle still have an order."""
 
@@ -55,7 +58,8 @@ def extract(
     """Return the best choice found, None if none was found within the work limit.
 
     Goals are lexicographic: CAUs, multipliers of two variables, latency, other operators for
-    `processors` and `fifo`; latency first for `latency`; area first for `area`.
+    `processors` and `fifo`; latency first for `latency`; area first for `area`.  Standard CAUs come
+    before all of them where implicit ones are preferred.
     """
     from ortools.sat.python import cp_model
 
@@ -66,13 +70,15 @@ def extract(
     solver.parameters.num_workers = 1
     solver.parameters.random_seed = _SEED
     proven, answer = True, None
+    first = int(costs.preferred)
+    works = (_PREFERENCE, *_WORK)[1 - first :]
     if goal in ("latency", "area"):
         # Few CAUs and multipliers are a good start for every goal.
         solver.parameters.max_deterministic_time = _START
-        built.model.minimize(_MULTIPLIERS * goals[1] + goals[2])
+        built.model.minimize(_MULTIPLIERS * goals[first + 1] + goals[first + 2])
         if solver.solve(built.model) in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             _hint(built, solver)
-    for expression, work in zip(goals, _WORK, strict=True):
+    for expression, work in zip(goals, works, strict=True):
         solver.parameters.max_deterministic_time = work
         built.model.minimize(expression)
         status = solver.solve(built.model)
@@ -142,4 +148,7 @@ def _goals(
     processors = sum(u * x for x, _, u in pairs if u)
     multipliers = sum(x for x, o, _ in pairs if o.op == "mul")
     area = sum(costs.size(o.op, u) * x for x, o, u in pairs) + sum(built.guards)
-    return ordered(goal, processors, multipliers, built.finish, area)
+    goals = ordered(goal, processors, multipliers, built.finish, area)
+    if not costs.preferred:
+        return goals
+    return (sum(u * x for x, o, u in pairs if u and o.op != "implicit"), *goals)

@@ -18,9 +18,8 @@ from cordicc.rewrite.store import Store
 from cordicc.rewrite.wraps import INSIDE
 
 _SUMS = ("add", "sub", "neg")
-_WORSE, _USUAL = 16.0, 4.0
-"""How many times the error bound of a value in the realisation of the passes is allowed: there, and
-for an output that of the median sample anywhere."""
+_USUAL = 4.0
+"""How many times the error bound of the median sample is allowed to an output anywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +82,13 @@ class Classes:
 
 
 def alternatives(
-    store: Store, certain: int, outputs: Mapping[str, Value], extra: Iterable[Value]
+    store: Store, certain: int, outputs: Mapping[str, Value], extra: Iterable[Value], worse: float
 ) -> Alternatives:
     """Return all that may compute the outputs, and `extra` values that a guard may want.
 
     The first `certain` nodes of the store are the realisation to be no less accurate than: an operation
-    that yields one of its values, with a bound of the rounding error `_WORSE` times as large, is left out.
+    that yields one of its values, with a bound of the rounding error more than `worse` times as large, is
+    left out.
     """
     classes = Classes(store)
     options: list[Option] = []
@@ -99,9 +99,9 @@ def alternatives(
             _remember(store, made[:1], least)
             options += made
             if index == certain - 1:
-                _ease(classes, outputs.values(), least)
+                _ease(classes, outputs.values(), least, worse)
         else:
-            options += [o for o in made if _accurate(store, o, least)]
+            options += [o for o in made if _accurate(store, o, least, worse)]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
     for number, option in enumerate(options):
@@ -130,17 +130,17 @@ def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> 
                 least[k] = np.fmin(least[k], error) if k in least else error
 
 
-def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats]) -> None:
+def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float) -> None:
     """Let the results themselves have the error bound that is usual over the samples, everywhere."""
     for k in {classes.exact(v) for v in outputs} & set(least):
-        least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / _WORSE)
+        least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
 
 
-def _accurate(store: Store, option: Option, least: dict[int, Floats]) -> bool:
+def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:
     for result, classes in enumerate(option.results):
         error = store.error(Value(option.node, result))
         for k in classes:
-            if k in least and not bool(np.all(error <= _WORSE * least[k])):
+            if k in least and not bool(np.all(error <= worse * least[k])):
                 return False
     return True
 

@@ -22,13 +22,14 @@ def turned(store: Store, vector: Pair, rotor: Pair, m: int = 1) -> Pair:
     second = store.add(store.mul(y, c), store.mul(x, s))
     if all(store.constant(v) is None for v in (x, y, c, s)):
         before = store.reason
-        for plain, other in zip((first, second), _cheaper(store, vector, rotor, m), strict=True):
+        for plain, other in zip((first, second), cheaper(store, vector, rotor, m), strict=True):
             store.union(plain, other)
         store.reason = before
     return first, second
 
 
-def _cheaper(store: Store, vector: Pair, rotor: Pair, m: int) -> Pair:
+def cheaper(store: Store, vector: Pair, rotor: Pair, m: int) -> Pair:
+    """Return (x c - m y s, y c + x s) by three products for m = 1, by two for m = -1."""
     (x, y), (c, s) = vector, rotor
     if m == 1:
         store.reason = (*store.reason, "three products: x c - y s = c (x + y) - y (c + s)")

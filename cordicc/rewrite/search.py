@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
@@ -15,6 +15,7 @@ from cordicc.ir.graph import Graph, Value
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.base import Context
+from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise
 from cordicc.rewrite.conditions import circle_facts, proven, requirements
 from cordicc.rewrite.costs import Costs
@@ -26,7 +27,9 @@ from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import rebuild
+from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
+from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.synthesis import Synthesis
 
@@ -38,6 +41,9 @@ _DRAWN = 6_000
 _GENERATORS = 120
 _NODES = 400
 _SUBSETS = 16
+_WORSE = (16.0, 12.0, 8.0, 4.0)
+"""How many times the error bound of a value in the realisation of the passes an operation is allowed."""
+
 _SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
 """Operations that make angles of angles."""
 
@@ -90,8 +96,10 @@ def search(
     goal: str,
     *,
     lift: bool = True,
-) -> Found | None:
-    """Return the best realisation found around those given, None where the work limits end the search.
+) -> Iterator[Found]:
+    """Yield the best realisations found around those given, ever fewer roundings allowed to a value.
+
+    Nothing is yielded where the work limits end the search.
 
     Args:
         problem: the problem, for its samples.
@@ -102,11 +110,11 @@ def search(
         lift: whether values may be scaled by common denominators.
     """
     if not problem.inputs or sum(len(g.nodes) for g in graphs) > _NODES:
-        return None
+        return
     points = sample_points(problem, graphs)
     field = _field(graphs)
     if points is None or field is None:
-        return None
+        return
     store = Store(field, ranges, points)
     _name_constants(store, graphs)
     _assume(store, problem)
@@ -124,16 +132,26 @@ def search(
     if lift:
         _lift(store, outputs)
     _add_sums(store)
+    add_norms(store)
+    for graph, values in zip(graphs, moved, strict=True):
+        add_squares(store, graph, values)
+    add_halves(store, graphs[0], moved[0])
+    add_chains(store)
+    add_multiples(store)
+    add_orders(store)
+    add_pairs(store)
     subjects = [
         moved[0][v.node][v.result] for n in graphs[0].nodes if n.definition.partial for v in n.operands
     ]
-    choice = alternatives(store, certain, outputs, subjects)
-    needs = requirements(store, graphs[0], moved[0], choice)
-    extraction = extract(choice, needs, frozenset([choice.class_of(store.const(0))]), costs, goal)
-    if extraction is None:
-        return None
-    graph, steps = rebuild(store, choice, needs, extraction, graphs[0])
-    return Found(graph, extraction.proven, steps)
+    for worse in _WORSE:
+        choice = alternatives(store, certain, outputs, subjects, worse)
+        needs = requirements(store, graphs[0], moved[0], choice)
+        zeros = frozenset([choice.class_of(store.const(0))])
+        extraction = extract(choice, needs, zeros, costs, goal)
+        if extraction is None:
+            return
+        graph, steps = rebuild(store, choice, needs, extraction, graphs[0])
+        yield Found(graph, extraction.proven, steps)
 
 
 def _field(graphs: Sequence[Graph]) -> Field | None:
@@ -291,8 +309,14 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     )
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
-    for chosen in _subsets(lifted):
-        lifting = Lifting(store, frozenset(chosen))
+    own = {}
+    for value in _angles(store):
+        rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
+        if rotor is not None:
+            own.setdefault((rotor[0].key, rotor[1].key), value)
+    for lifting in [Lifting(store, frozenset(lifted), own)] + [
+        Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
+    ]:
         for value in outputs.values():
             lifting.lift(value)
         for index in range(size):

@@ -15,7 +15,7 @@ from cordicc.diagnostics import Diagnostic, Report, Source, Unattainable
 from cordicc.schedule.binding import Wiring, bind
 from cordicc.schedule.engine import Effort, solve
 from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal
-from cordicc.schedule.problem import Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.problem import CyclicError, Schedule, SchedulingProblem, Task, Value
 
 MAX_OPERATIONS = 200_000
 MAX_EDGES = 1_000_000
@@ -62,9 +62,8 @@ def parse_graph(text: str, name: str) -> BareGraph:
     assert graph is not None
     try:
         graph.problem.order()
-    except ValueError as error:
-        ring = str(error).partition(": ")[2].split(" -> ")
-        shown = " -> ".join(id.removeprefix(_PREFIX) for id in ring)[:500]
+    except CyclicError as error:
+        shown = " -> ".join(id.removeprefix(_PREFIX) for id in error.ring)[:500]
         report.error("E802", f"operations depend on one another: {shown}")
     report.raise_if_failed()
     return graph

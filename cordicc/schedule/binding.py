@@ -18,7 +18,8 @@ _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""
 _SWEEPS = 8
 _SEED = 1
-_WORK = 4.0
+WORK = 4.0
+"""Deterministic time for the exact binding."""
 
 Binding = dict[str, int]
 """The number of the unit, among those of its kind, of each operation."""
@@ -74,14 +75,18 @@ def multiplexer_inputs(wires: Wiring, binding: Binding) -> int:
     return sum(len(sources) for sources in _ports(wires, binding).values() if len(sources) > 1)
 
 
-def bind(wires: Wiring) -> Binding:
-    """Return a binding with no more units than the fullest slot of each kind needs."""
+def bind(wires: Wiring, work: float = WORK) -> Binding:
+    """Return a binding with no more units than the fullest slot of each kind needs.
+
+    `work` is the deterministic time of the exact search, 0 for none.
+    """
     units = _unit_counts(wires)
     binding = _one_by_one(wires, units)
     nothing_shared = sum(units.values()) == len(wires.kind)
     if nothing_shared or len(wires.kind) > _MOST_SWAPPED or all(count == 1 for count in units.values()):
         return binding
-    return _exact(wires, units, _swapped(wires, units, binding))
+    swapped = _swapped(wires, units, binding)
+    return _exact(wires, units, swapped, work) if work else swapped
 
 
 def _unit_counts(wires: Wiring) -> dict[str, int]:
@@ -161,7 +166,7 @@ def _swapped(wires: Wiring, units: Mapping[str, int], binding: Binding) -> Bindi
     return best
 
 
-def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding) -> Binding:
+def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding, work: float) -> Binding:
     """Return the best binding that the constraint program finds from a seed, within fixed work."""
     from ortools.sat.python import cp_model
 
@@ -196,7 +201,7 @@ def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding) -> Binding:
     solver = cp_model.CpSolver()
     solver.parameters.random_seed = _SEED
     solver.parameters.num_workers = 1
-    solver.parameters.max_deterministic_time = _WORK
+    solver.parameters.max_deterministic_time = work
     if solver.solve(model) not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         return seed
     found = {

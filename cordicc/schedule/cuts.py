@@ -17,24 +17,24 @@ from cordicc.schedule.problem import OUT, SchedulingProblem
 
 _MOST_VALUES = 4
 """Values on a path; longer ones were found to add more rows than they tighten."""
-_MOST_OPERATIONS = 300
+MOST_OPERATIONS = 300
+"""Operations up to which the longest ways between all of them are worth their time."""
 
 Tap = tuple[str, str]
 """A value and the operation, or `OUT`, that takes it."""
 
 
-def path_cuts(
-    problem: SchedulingProblem, net: Network, head: Sequence[int], tail: Sequence[int], latency: int
-) -> Iterator[tuple[tuple[Tap, ...], int]]:
+Ways = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+"""Longest ways between starts, from the row's operation to the column's; the origin and the end are last."""
+
+
+def path_cuts(problem: SchedulingProblem, net: Network, way: Ways) -> Iterator[tuple[tuple[Tap, ...], int]]:
     """Yield taps and the least sum of the entries that samples wait in up to these taps.
 
-    Only what does not follow from the cuts of shorter paths.  Nothing for large problems.
+    Only what does not follow from the cuts of shorter paths.
     """
     count = len(net.ids)
-    if count > _MOST_OPERATIONS:
-        return
     origin, end = count, count + 1
-    way = _longest_ways(net, head, tail, latency)
     index = {id: i for i, id in enumerate(net.ids)} | {OUT: end}
     leaving: list[list[tuple[int, int, Tap]]] = [[] for _ in range(count + 2)]
     for value in problem.values:
@@ -59,10 +59,8 @@ def path_cuts(
                     stack.append((taker, cycles + own, path, max(least, known)))
 
 
-def _longest_ways(
-    net: Network, head: Sequence[int], tail: Sequence[int], latency: int
-) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """Return the longest ways between starts, the origin and the end (Floyd and Warshall)."""
+def longest_ways(net: Network, head: Sequence[int], tail: Sequence[int], latency: int) -> Ways:
+    """Return the longest ways at a latency, between windows given by heads and tails (Floyd, Warshall)."""
     count = len(net.ids)
     origin, end = count, count + 1
     way = np.full((count + 2, count + 2), np.iinfo(np.int64).min // 4, dtype=np.int64)

@@ -12,6 +12,8 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 ORIGIN = 0
 
 
@@ -27,31 +29,43 @@ class Differences:
 
 
 def minimise(model: Differences) -> list[int]:
-    """Return the componentwise least optimal solution.
+    """Return the componentwise least optimal solution."""
+    objective, flows = _flow(model)
+    # Complementary slackness: the optimal solutions are the feasible ones in which every
+    # difference that carries flow is tight.
+    carrying = zip(model.gaps.items(), flows, strict=True)
+    tight = [((j, i), -gap) for ((i, j), gap), flow in carrying if flow > 0]
+    times = longest_paths(len(model.cost), [*model.gaps.items(), *tight])
+    assert objective == sum(c * x for c, x in zip(model.cost, times, strict=True)), "duality gap"
+    assert all(times[j] - times[i] >= gap for (i, j), gap in model.gaps.items()), "infeasible schedule"
+    return times
+
+
+def minimum(model: Differences) -> int:
+    """Return the least cost alone, by duality."""
+    return _flow(model)[0]
+
+
+def _flow(model: Differences) -> tuple[int, list[int]]:
+    """Return the least cost, and the flow on each gap.
 
     Duality: inflow - outflow = cost at every node, flow >= 0, sum of gap * flow largest.
     """
     from ortools.graph.python import min_cost_flow
 
     network = min_cost_flow.SimpleMinCostFlow()
+    ends = np.array(list(model.gaps), dtype=np.int64).reshape(-1, 2)
+    gaps = np.array(list(model.gaps.values()), dtype=np.int64)
     # Without cycles of negative cost, no arc of some optimal flow carries more than all supply together.
     most = sum(cost for cost in model.cost if cost > 0)
-    arcs = [
-        network.add_arc_with_capacity_and_unit_cost(i, j, most, -gap) for (i, j), gap in model.gaps.items()
-    ]
+    arcs = network.add_arcs_with_capacity_and_unit_cost(
+        ends[:, 0], ends[:, 1], np.full(len(gaps), most, dtype=np.int64), -gaps
+    )
     for node, cost in enumerate(model.cost):
         network.set_node_supply(node, -cost)
     status = network.solve()
     assert status == network.OPTIMAL, f"minimum-cost flow: status {status}"
-    # Complementary slackness: the optimal solutions are the feasible ones in which every
-    # difference that carries flow is tight.
-    carrying = zip(model.gaps.items(), arcs, strict=True)
-    tight = [((j, i), -gap) for ((i, j), gap), arc in carrying if network.flow(arc) > 0]
-    times = longest_paths(len(model.cost), [*model.gaps.items(), *tight])
-    objective = sum(c * x for c, x in zip(model.cost, times, strict=True))
-    assert objective == -network.optimal_cost(), "duality gap"
-    assert all(times[j] - times[i] >= gap for (i, j), gap in model.gaps.items()), "infeasible schedule"
-    return times
+    return -network.optimal_cost(), network.flows(arcs).tolist()
 
 
 def longest_paths(count: int, edges: Iterable[tuple[tuple[int, int], int]]) -> list[int]:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.schedule import exact, fifo_lp
+from cordicc.schedule.binding import WORK
 from cordicc.schedule.bounds import fewest_units, latency_bound, raised
 from cordicc.schedule.goals import LATENCY, Goal, counted_kinds, figure, units_used
 from cordicc.schedule.modulo_list import list_schedule
@@ -27,10 +28,11 @@ _MOST_SPLITS = 32
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """Work limits in deterministic time, for the goals with words and the others; seconds in all."""
+    """Work limits in deterministic time, for goals without and with words and the binding; seconds in all."""
 
     schedule: float = 10.0
-    words: float = 30.0
+    words: float = 11.0
+    binding: float = WORK
     seconds: float | None = None
 
 
@@ -153,8 +155,21 @@ class _Search:
     def achieve(self, goal: Goal) -> None:
         """Minimise a goal and hold what was achieved."""
         found, bound = self.stage(goal)
+        if self._shortened():
+            found = self._cost(goal, self._best or [])
+            bound = min(found, self._floor(goal))
         self._figures[goal.name], self._bounds[goal.name] = found, bound
         self._hold(goal, found)
+
+    def _shortened(self) -> bool:
+        """Hold the latency of the best schedule if it is less than the one achieved before."""
+        assert self._best is not None
+        latency = self._net.makespan(self._best)
+        if latency >= self._figures.get(LATENCY.name, 0):
+            return False
+        self._figures[LATENCY.name] = latency
+        self._latency = (latency, latency)
+        return True
 
     def solution(self) -> Schedule:
         """Return what all stages achieved."""

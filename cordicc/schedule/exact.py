@@ -10,12 +10,13 @@ The search is deterministic: one configuration, one seed, limits in deterministi
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any
 
-from cordicc.schedule.cuts import path_cuts
+from cordicc.schedule.cuts import MOST_OPERATIONS, longest_ways, path_cuts
 from cordicc.schedule.goals import Goal
 from cordicc.schedule.network import Network
 from cordicc.schedule.problem import OUT, SchedulingProblem, Value
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
     from ortools.sat.python import cp_model
 
 _SEED = 1
-_WORKERS = 2
+_SEARCHES = ("core", "max_lp", "default_lp")
+"""Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
+_BRIEF = 1.0
+"""Deterministic time up to which several strategies would only prepare to search."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +87,9 @@ def minimise(
         program.hint(hint)
     solver = cp_model.CpSolver()
     solver.parameters.random_seed = _SEED
-    solver.parameters.num_workers = _WORKERS
+    searches = _SEARCHES if work.deterministic > _BRIEF else ()
+    solver.parameters.num_workers = len(searches) + 1
+    solver.parameters.subsolvers.extend(searches)
     solver.parameters.interleave_search = True
     solver.parameters.max_deterministic_time = work.deterministic
     if work.seconds is not None:
@@ -127,6 +133,8 @@ class _Program:
         for kind, members in zip(net.kinds, net.members(), strict=True):
             if kind in space.units:
                 self._share(kind, members, *space.units[kind])
+        known = least == most and len(net.ids) <= MOST_OPERATIONS
+        self._ways = longest_ways(net, space.head, space.tail, most) if known else None
         self._break_symmetry()
         self._words: dict[str, Any] | None = None
         self._held: dict[tuple[str, str], Any] = {}
@@ -188,7 +196,9 @@ class _Program:
     def _all_words(self) -> dict[str, Any]:
         if self._words is None:
             self._words = {v.name: self._value_words(v) for v in self._problem.values if v.consumers}
-            self._cut()
+            if self._problem.measure == "entries":
+                self._cut()
+                self._count_direct()
         return self._words
 
     def _value_words(self, value: Value) -> Any:
@@ -241,12 +251,75 @@ class _Program:
         return total
 
     def _cut(self) -> None:
-        """Add the cuts on entries, which hold at a fixed latency."""
-        least, most = self._space.latency
-        if least == most and self._problem.measure == "entries":
-            cuts = path_cuts(self._problem, self._net, self._space.head, self._space.tail, most)
-            for taps, entries in cuts:
+        """Add the cuts on entries that the longest ways give."""
+        if self._ways is not None:
+            for taps, entries in path_cuts(self._problem, self._net, self._ways):
                 self.model.add(sum(self._held[tap] for tap in taps) >= entries)
+
+    def _count_direct(self) -> None:
+        """Add what follows from the units that takers without a wait need.
+
+        Of a kind with c units at most c operations take a source as it leaves, and n takers of a value
+        start in ceil(n / c) cycles at least, each of which but the first costs an entry.
+        """
+        assert self._words is not None
+        found: dict[tuple[int, str], cp_model.IntVar] = {}
+        for value in self._problem.values:
+            source = -1 if value.producer is None else self._index[value.producer]
+            for taker in value.takers():
+                if (source, taker) not in found:
+                    found[source, taker] = self._direct(source, taker)
+                self.model.add(self._held[value.name, taker] >= 1).only_enforce_if(~found[source, taker])
+            fewest = self._fewest_cycles(value)
+            if fewest > 1:
+                first = self.model.new_bool_var("")
+                self.model.add_bool_or([*(found[source, taker] for taker in value.takers()), ~first])
+                self.model.add(self._words[value.name] >= fewest - first)
+        together: dict[tuple[int, str], list[cp_model.IntVar]] = {}
+        sources: dict[str, list[int]] = {}
+        for (source, taker), literal in found.items():
+            sources.setdefault(taker, []).append(source)
+            if taker != OUT:
+                together.setdefault((source, self._kind(self._index[taker])), []).append(literal)
+        for (_, kind), literals in together.items():
+            if (most := self._most_units(kind)) is not None and len(literals) > most:
+                self.model.add(sum(literals) <= most)
+        for taker, several in sources.items():
+            for a, b in combinations(several, 2):
+                if self._never_together(a, b):
+                    self.model.add_at_most_one([found[a, taker], found[b, taker]])
+
+    def _never_together(self, a: int, b: int) -> bool:
+        """Tell whether two sources cannot be ready in the same cycle, as far as is easily seen."""
+        if self._ways is not None:
+            cycles = [self._net.latency[source] if source >= 0 else 0 for source in (a, b)]
+            i, j = (source if source >= 0 else len(self.start) for source in (a, b))
+            if self._ways[i, j] + cycles[1] > cycles[0] or self._ways[j, i] + cycles[0] > cycles[1]:
+                return True
+        if min(a, b) < 0 or self._net.kind[a] != self._net.kind[b]:
+            return False
+        # Operations of one unit start, and if they take equally long end, in different slots.
+        return self._most_units(self._kind(a)) == 1 and self._net.latency[a] == self._net.latency[b]
+
+    def _direct(self, source: int, taker: str) -> cp_model.IntVar:
+        """Return the literal that an operation starts, or the outputs leave, when a source is ready."""
+        literal: cp_model.IntVar = self.model.new_bool_var("")
+        ready = self.start[source] + self._net.latency[source] if source >= 0 else 0
+        time = self.latency if taker == OUT else self.start[self._index[taker]]
+        self.model.add(time == ready).only_enforce_if(literal)
+        return literal
+
+    def _fewest_cycles(self, value: Value) -> int:
+        """Return in how many different cycles the takers of a value start at least."""
+        count = Counter(self._kind(self._index[taker]) for taker in value.takers() if taker != OUT)
+        return max((-(-n // (self._most_units(kind) or n)) for kind, n in count.items()), default=0)
+
+    def _kind(self, index: int) -> str:
+        return self._net.kinds[self._net.kind[index]]
+
+    def _most_units(self, kind: str) -> int | None:
+        """Return the units that a kind may have, None if as many as it takes."""
+        return self._space.units[kind][1] if kind in self._space.units else None
 
     def hint(self, start: Sequence[int]) -> None:
         """Start the search from a schedule."""

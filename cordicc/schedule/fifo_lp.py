@@ -7,10 +7,11 @@ program, which knows nothing of units, bounds the cycles that values wait from b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Literal
 
-from cordicc.schedule.differences import ORIGIN, Differences, minimise
+from cordicc.schedule.differences import ORIGIN, Differences, minimise, minimum
+from cordicc.schedule.network import network
 from cordicc.schedule.problem import (
     OUT,
     InfeasibleError,
@@ -18,12 +19,13 @@ from cordicc.schedule.problem import (
     SchedulingProblem,
     Value,
     fifo_words,
-    taps,
 )
 
 First = Literal["latency", "fifo"]
 
 _END = 1
+_MOST_WHOLE = 100_000
+"""Operations up to which the program is solved as a whole; its time grows faster than they do."""
 
 
 def solve(
@@ -58,10 +60,40 @@ def solve(
 
 
 def least_cycles(problem: SchedulingProblem, latency: int) -> int:
-    """Return the fewest cycles that values wait at a latency, whatever the units: a bound of words."""
-    times = minimise(_model(problem, 1, 0, latency, latency, None))
-    start = {task.id: times[index] for index, task in enumerate(problem.operations, _END + 1)}
-    return sum(cycles[-1] for cycles in taps(problem, start, latency).values())
+    """Return the fewest cycles that values wait at a latency, whatever the units: a bound of words.
+
+    Of large problems less: blocks of operations in the order of dependences are bounded one by one, what
+    happens outside a block being free within the windows that the longest paths leave.
+    """
+    if len(problem.operations) <= _MOST_WHOLE:
+        return minimum(_model(problem, 1, 0, latency, latency, None)) - _in_units(problem, problem.values)
+    net = network(problem, {})
+    index = {id: i for i, id in enumerate(net.ids)}
+    block = {net.ids[i]: position // _MOST_WHOLE for position, i in enumerate(net.order)}
+    blocks: dict[int, list[Value]] = {}
+    for value in problem.values:
+        takers = [taker for taker in value.takers() if taker != OUT]
+        if value.consumers:
+            first = value.producer or min(takers, key=lambda id: block[id], default=None)
+            blocks.setdefault(0 if first is None else block[first], []).append(value)
+    total = 0
+    for values in blocks.values():
+        ends = {end for value in values for end in (value.producer, *value.takers())} - {None, OUT}
+        inside = [problem.operations[i] for i in sorted(index[id] for id in ends if id is not None)]
+        part = SchedulingProblem(tuple(inside), tuple(values), problem.interval)
+        model = _model(part, 1, 0, latency, latency, None)
+        for node, task in enumerate(inside, _END + 1):
+            i = index[task.id]
+            model.gaps[ORIGIN, node] = net.head[i]
+            model.gaps[node, _END] = net.tail[i]
+        total += minimum(model) - _in_units(problem, values)
+    return total
+
+
+def _in_units(problem: SchedulingProblem, values: Iterable[Value]) -> int:
+    """Return the cycles from the starts of the operations that make values to their ends."""
+    latency = {task.id: task.latency for task in problem.operations}
+    return sum(latency[v.producer] for v in values if v.consumers and v.producer is not None)
 
 
 def _model(

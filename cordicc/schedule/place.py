@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cordicc.arith.machine import Arithmetic
 from cordicc.plan import Fifo, Operand, Operation, Plan, Unit
-from cordicc.schedule.binding import bind, wiring
+from cordicc.schedule.binding import Binding, bind, wiring
 from cordicc.schedule.control import controlled
 from cordicc.schedule.delays import delays
 from cordicc.schedule.problem import OUT, SchedulingProblem, Sink, Task, Value
@@ -32,7 +32,8 @@ def place(plan: Plan, limits: Limits) -> Plan:
     fifos = delays(problem, schedule, widths)
     started = [o.at("", schedule.start[o.id], schedule.start[o.id] + _cycles(o)) for o in plan.operations]
     kinds = {task.id: task.kind for task in problem.operations}
-    units, operations = _bound(started, kinds, fifos, interval)
+    binding = bind(wiring(started, kinds, fifos, interval), limits.effort.binding)
+    units, operations = _bound(started, kinds, fifos, interval, binding)
     return replace(
         plan,
         options={**plan.options, **({"time_limit_struck": True} if schedule.struck else {})},
@@ -101,10 +102,13 @@ def _values(plan: Plan) -> tuple[Value, ...]:
 
 
 def _bound(
-    operations: Sequence[Operation], kinds: Mapping[str, str], fifos: Sequence[Fifo], interval: int
+    operations: Sequence[Operation],
+    kinds: Mapping[str, str],
+    fifos: Sequence[Fifo],
+    interval: int,
+    binding: Binding,
 ) -> tuple[tuple[Unit, ...], tuple[Operation, ...]]:
-    """Bind every operation to a unit; units are numbered by first use, CAUs together."""
-    binding = bind(wiring(operations, kinds, fifos, interval))
+    """Give every operation its unit; units are numbered by first use, CAUs together."""
     names: dict[tuple[str, int], str] = {}
     units: list[Unit] = []
     bound: list[Operation] = []

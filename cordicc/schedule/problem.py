@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 OUT = "out"
 """Stands for the operation in a sink that is an output: `("out", "theta")`."""
@@ -22,6 +21,14 @@ Sink = tuple[str, str]
 
 Measure = Literal["entries", "cycles"]
 """How FIFO words are counted, see `SchedulingProblem`."""
+
+
+class CyclicError(ValueError):
+    """Operations depend on one another; `ring` names them, the first one again at the end."""
+
+    def __init__(self, ring: tuple[str, ...]) -> None:
+        super().__init__(f"operations depend on one another: {' -> '.join(ring)}")
+        self.ring = ring
 
 
 class InfeasibleError(Exception):
@@ -120,15 +127,39 @@ class SchedulingProblem:
                 yield from ((value.producer, taker) for taker in value.takers() if taker != OUT)
 
     def order(self) -> tuple[Task, ...]:
-        """Return the operations, each after those it depends on; ValueError if they form a cycle."""
+        """Return the operations, each after those it depends on; CyclicError if they form a cycle."""
         tasks = {task.id: task for task in self.operations}
-        sorter: TopologicalSorter[str] = TopologicalSorter(dict.fromkeys(tasks, ()))
+        takers: dict[str, list[str]] = {id: [] for id in tasks}
+        waiting = dict.fromkeys(tasks, 0)
         for producer, taker in self.edges():
-            sorter.add(taker, producer)
-        try:
-            return tuple(tasks[id] for id in sorter.static_order())
-        except CycleError as error:
-            raise ValueError(f"operations depend on one another: {' -> '.join(error.args[1])}") from None
+            takers[producer].append(taker)
+            waiting[taker] += 1
+        ready = [id for id, count in waiting.items() if count == 0]
+        for id in ready:
+            for taker in takers[id]:
+                waiting[taker] -= 1
+                if waiting[taker] == 0:
+                    ready.append(taker)
+        if len(ready) < len(tasks):
+            raise CyclicError(self._ring())
+        return tuple(tasks[id] for id in ready)
+
+    def graph(self) -> Any:
+        """Return the dependences as a `networkx.DiGraph`; `cycles` of an edge is its producer's latency."""
+        import networkx
+
+        graph = networkx.DiGraph()
+        graph.add_nodes_from(task.id for task in self.operations)
+        cycles = {task.id: task.latency for task in self.operations}
+        graph.add_edges_from((p, t, {"cycles": cycles[p]}) for p, t in self.edges())
+        return graph
+
+    def _ring(self) -> tuple[str, ...]:
+        """Return operations that depend on one another, the first one again at the end."""
+        import networkx
+
+        ring = [producer for producer, _ in networkx.find_cycle(self.graph())]
+        return (*ring, ring[0])
 
     def earliest(self) -> Schedule:
         """Return the schedule that starts everything as early as possible (ASAP), whatever the units."""

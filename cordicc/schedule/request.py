@@ -12,7 +12,7 @@ from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.schedule.engine import Effort, solve
 from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal, units_used
 from cordicc.schedule.network import network
-from cordicc.schedule.problem import InfeasibleError, Schedule, SchedulingProblem
+from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem
 from cordicc.targets.model import CAU_KINDS, Target
 
 PROCESSORS = Goal("processors", units=dict.fromkeys(CAU_KINDS, 1))
@@ -120,20 +120,13 @@ def _check_path(problem: SchedulingProblem, limit: int | None) -> None:
 
 def _critical_path(problem: SchedulingProblem) -> list[int]:
     """Return the operations of a longest path that take cycles."""
-    net = network(problem, {})
-    path: list[int] = []
-    level = 0
-    node = next(i for i in net.order if net.tail[i] == net.critical)
-    while True:
-        path.append(node)
-        level += net.latency[node]
-        following = (
-            t for t in net.after[node] if net.head[t] == level and level + net.tail[t] == net.critical
-        )
-        found = next(following, None)
-        if found is None:
-            return [i for i in path if net.latency[i]]
-        node = found
+    import networkx
+
+    graph = problem.graph()
+    graph.add_weighted_edges_from(((t.id, OUT, t.latency) for t in problem.operations), weight="cycles")
+    path = networkx.dag_longest_path(graph, weight="cycles")
+    index = {task.id: i for i, task in enumerate(problem.operations) if task.latency}
+    return [index[id] for id in path if id in index]
 
 
 def _both(

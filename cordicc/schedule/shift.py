@@ -17,8 +17,10 @@ from cordicc.schedule.problem import OUT, SchedulingProblem, value_words
 
 _ROUNDS = 4
 _SWEEPS = 4
-_MOST_FLOW = 20_000
-"""Operations up to which the linear program is solved."""
+_MOST_VISITS = 400_000
+"""Visits of single operations in all, which bounds the sweeps over large problems."""
+_BLOCK = 10_000
+"""Operations that move in one linear program; those of other blocks stay meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,7 @@ class _State:
         self, problem: SchedulingProblem, net: Network, weights: Sequence[int], latency: int
     ) -> None:
         self.problem, self.net, self.latency = problem, net, latency
+        self._last_counts = problem.measure == "cycles"
         count = len(net.ids)
         index = {id: i for i, id in enumerate(net.ids)} | {OUT: count}
         self.wires = [
@@ -60,7 +63,13 @@ class _State:
         total = 0
         for wire in wires:
             ready = 0 if wire.producer < 0 else start[wire.producer] + wire.latency
-            waits = sorted({start[taker] - ready for taker in wire.takers})
+            takers = wire.takers
+            if len(takers) == 1:
+                waits = [start[takers[0]] - ready]
+            elif self._last_counts:
+                waits = [max([start[taker] for taker in takers]) - ready]
+            else:
+                waits = sorted({start[taker] - ready for taker in takers})
             total += wire.weight * value_words(self.problem, waits)
         return total
 
@@ -73,56 +82,74 @@ def improve(
     `weights` are those of a word of each value, in the order of the problem.
     """
     state = _State(problem, net, weights, latency)
+    blocks = [net.order[i : i + _BLOCK] for i in range(0, len(net.order), _BLOCK)]
+    sweeps = max(2, min(_ROUNDS * _SWEEPS, _MOST_VISITS // max(1, len(net.ids))))
     best = [*start, latency]
     least = state.words(best, state.wires)
-    for _ in range(_ROUNDS):
+    while sweeps > 0:
         before = least
-        if len(net.ids) <= _MOST_FLOW:
-            moved = _by_intervals(state, best)
-            words = state.words(moved, state.wires)
-            if words < least:
-                best, least = moved, words
-        best = _one_by_one(state, best)
+        for block in blocks:
+            best = _by_intervals(state, best, block)
+        best, used = _one_by_one(state, best, min(sweeps, _SWEEPS))
+        sweeps -= used
         least = state.words(best, state.wires)
         if least == before:
             break
     return best[:-1]
 
 
-def _by_intervals(state: _State, start: Sequence[int]) -> list[int]:
-    """Return the best starts with the same slots, each value counted to its last tap."""
+def _by_intervals(state: _State, start: Sequence[int], block: Sequence[int]) -> list[int]:
+    """Return the starts with the operations of a block moved by whole intervals, if that saves words.
+
+    They are best for values counted to their last taps; the other operations and all slots stay.
+    """
     net, interval = state.net, state.net.interval
-    count = len(net.ids)
-    end = count + 1
-    cost = [0] * (count + 2)
+    node = {i: position for position, i in enumerate(block, ORIGIN + 1)}
+    cost = [0] * (len(block) + 1)
     gaps: dict[tuple[int, int], int] = {}
 
-    def require(before: int, after: int, gap: int) -> None:
-        gaps[before, after] = max(gap, gaps.get((before, after), gap))
+    def require(before: tuple[int, int], after: tuple[int, int], gap: int) -> None:
+        """Keep one turn at least `gap` after another; turns are of a node, plus a constant."""
+        (i, plus), (j, more) = before, after
+        if i != j:
+            gaps[i, j] = max(gap + plus - more, gaps.get((i, j), gap + plus - more))
+
+    def turn(i: int) -> tuple[int, int]:
+        """Return the turn of an operation or the end: a node of its own, or as it is."""
+        return (node[i], 0) if i in node else (ORIGIN, start[i] // interval)
 
     slot = [cycle % interval for cycle in start]
-    turn = start[count] // interval
-    require(ORIGIN, end, turn)
-    require(end, ORIGIN, -turn)
-    for i in range(count):
-        require(ORIGIN, i + 1, 0)
-        require(i + 1, ORIGIN, -((state.latency - net.latency[i] - slot[i]) // interval))
+    wires: dict[int, _Wire] = {}
+    for i in block:
+        require((ORIGIN, 0), turn(i), 0)
+        require(turn(i), (ORIGIN, 0), -((state.latency - net.latency[i] - slot[i]) // interval))
+        for producer in net.before[i]:
+            least = -((slot[i] - slot[producer] - net.latency[producer]) // interval)
+            require(turn(producer), turn(i), least)
         for taker in net.after[i]:
-            require(i + 1, taker + 1, -((slot[taker] - slot[i] - net.latency[i]) // interval))
-    for wire in state.wires:
+            if taker not in node:
+                require(turn(i), turn(taker), -((slot[taker] - slot[i] - net.latency[i]) // interval))
+        wires.update((id(wire), wire) for wire in state.touching[i])
+    for wire in wires.values():
         at = slot[wire.producer] + wire.latency if wire.producer >= 0 else 0
-        # A tap k turns after its producer holds k - (at - slot) // interval entries, rounded up.
-        extra = {taker: -((at - slot[taker]) // interval) for taker in wire.takers}
+        made = (ORIGIN, 0) if wire.producer < 0 else turn(wire.producer)
         last = len(cost)
         cost.append(wire.weight)
-        cost[wire.producer + 1] -= wire.weight
-        for taker, entries in extra.items():
-            require(taker + 1, last, entries)
+        cost[made[0]] -= wire.weight
+        require(made, (last, 0), 0)
+        for taker in wire.takers:
+            # A tap k turns after its producer holds k - (at - slot) // interval entries, rounded up.
+            require(turn(taker), (last, 0), -((at - slot[taker]) // interval))
     turns = minimise(Differences(tuple(cost), gaps))
-    return [interval * turns[i + 1] + slot[i] for i in range(count)] + [start[count]]
+    moved = list(start)
+    for i in block:
+        moved[i] = interval * turns[node[i]] + slot[i]
+    touched = list(wires.values())
+    return moved if state.words(moved, touched) < state.words(start, touched) else list(start)
 
 
-def _one_by_one(state: _State, start: Sequence[int]) -> list[int]:
+def _one_by_one(state: _State, start: Sequence[int], most: int) -> tuple[list[int], int]:
+    """Return the starts after at most so many sweeps over all operations, and how many there were."""
     net, interval = state.net, state.net.interval
     now = list(start)
     busy: dict[int, Counter[int]] = {
@@ -131,7 +158,7 @@ def _one_by_one(state: _State, start: Sequence[int]) -> list[int]:
     for index, kind in enumerate(net.kind):
         if kind in busy:
             busy[kind][now[index] % interval] += 1
-    for sweep in range(_SWEEPS):
+    for sweep in range(most):
         changed = False
         for index in net.order if sweep % 2 else reversed(net.order):
             taken = busy.get(net.kind[index])
@@ -143,8 +170,8 @@ def _one_by_one(state: _State, start: Sequence[int]) -> list[int]:
                 now[index] = cycle
                 changed = True
         if not changed:
-            break
-    return now
+            return now, sweep + 1
+    return now, most
 
 
 def _best_cycle(state: _State, start: list[int], index: int, taken: Counter[int] | None) -> int:

@@ -150,12 +150,15 @@ def target_text(name_or_path: str | os.PathLike[str]) -> Source:
     return Source(name, text)
 
 
-def load_target(name_or_path: str | os.PathLike[str], guard_bits: int = 0) -> Target:
+def load_target(
+    name_or_path: str | os.PathLike[str], guard_bits: int = 0, width_bits: int | None = None
+) -> Target:
     """Load and validate a shipped target by name, or a file.
 
     Args:
         name_or_path: of a shipped target, or of a file.
         guard_bits: of values between operations, where the target leaves them open.
+        width_bits: of words outside instead of the target's own, where it leaves the guard bits open.
 
     Raises:
         InvalidInput: E501 to E505.
@@ -174,7 +177,8 @@ def load_target(name_or_path: str | os.PathLike[str], guard_bits: int = 0) -> Ta
     if not isinstance(data, dict):
         raise _failure(report, "E503", "a target must be a mapping")
     try:
-        target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(sized(data, guard_bits))
+        filled = sized(data, guard_bits, width_bits)
+        target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(filled)
         report.raise_if_failed()
         assert target is not None
         target.machine()

@@ -16,13 +16,22 @@ from cordicc.arith.sizing import size_unit
 
 AUTO = "auto"
 
-MOST_GUARD_BITS = 6
-"""With 24-bit words, beyond which a unit's bound cannot be kept within 64-bit emulation."""
+_MOST_GUARD_BITS = 6
+WIDEST_WORD_BITS = 30
+"""The widest words for which a bound of every unit, implicit ones included, fits 64-bit emulation."""
 
 _REFERENCE_BITS = 32
 """Of the adder that counts as 1 in a figure of area."""
 
+_MOST_ADDERS = 100_000
+"""Of a figure in the file; what is beyond stays, and is told as not being a number of adders."""
+
 Data = dict[Any, Any]
+
+
+def most_guard_bits(width_bits: int) -> int:
+    """Return the most guard bits that are worth a trial with words of a width."""
+    return max(0, min(_MOST_GUARD_BITS, WIDEST_WORD_BITS - width_bits))
 
 
 def guard_is_open(data: Mapping[Any, Any]) -> bool:
@@ -31,12 +40,13 @@ def guard_is_open(data: Mapping[Any, Any]) -> bool:
     return isinstance(format_, dict) and format_.get("guard") == AUTO
 
 
-def sized(data: Data, guard_bits: int) -> Data:
+def sized(data: Data, guard_bits: int, width_bits: int | None = None) -> Data:
     """Return a target's data with everything filled in that it leaves open.
 
     Args:
         data: the mapping of a target file, perhaps malformed: what is not understood stays.
         guard_bits: in the place of `guard: auto`.
+        width_bits: in the place of the width, where the guard bits are left open.
 
     Raises:
         ValueError: no unit keeps the error with so many bits.
@@ -46,7 +56,7 @@ def sized(data: Data, guard_bits: int) -> Data:
     if not isinstance(format_, dict) or format_.get("kind") != "fixed-point" or not isinstance(units, dict):
         return data
     if format_.get("guard") == AUTO:
-        format_ = {**format_, "guard": guard_bits}
+        format_ = {**format_, "guard": guard_bits, "width": width_bits or format_.get("width")}
     width, guard = format_.get("width"), format_.get("guard", 0)
     if type(width) is not int or type(guard) is not int:
         return {**data, "format": format_}
@@ -70,7 +80,12 @@ def _sized_unit(unit: Data, word_bits: int) -> Data:
     if unit.get("latency") == AUTO and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
     adders = unit.get("adders")
-    if isinstance(adders, dict) and set(adders) == {"around", "per_iteration"}:
+    counts = adders.values() if isinstance(adders, dict) else ()
+    if (
+        isinstance(adders, dict)
+        and set(adders) == {"around", "per_iteration"}
+        and all(type(count) is int and 0 <= count <= _MOST_ADDERS for count in counts)
+    ):
         made["adders"] = adders["around"] + adders["per_iteration"] * cau.iterations
         if unit.get("area") == AUTO:
             bits = cau.fraction_bits + INTEGER_BITS

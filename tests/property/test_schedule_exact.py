@@ -4,13 +4,16 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
+from unittest.mock import patch
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from cordicc.schedule import fifo_lp, shift
 from cordicc.schedule.binding import Wiring, bind, multiplexer_inputs
 from cordicc.schedule.bounds import latency_bound
 from cordicc.schedule.engine import Effort, solve
+from cordicc.schedule.fifo_lp import least_cycles
 from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.modulo_list import list_schedule
 from cordicc.schedule.network import network
@@ -121,6 +124,23 @@ def test_words_are_never_above_those_of_the_list_schedule(flow: Flow, interval: 
     assert net.makespan(moved) <= latency
     assert all(moved[t] >= moved[i] + net.latency[i] for i in range(count) for t in net.after[i])
     assert fits(problem, after, problem.fewest(count))
+
+
+@relaxed
+@given(flows(most_operations=12, most_latency=9), st.integers(1, 6), st.sampled_from(["entries", "cycles"]))
+def test_large_problems_go_in_blocks(flow: Flow, interval: int, measure: str) -> None:
+    problem = replace(flow.problem(), interval=interval, measure=measure)
+    net = network(problem, {"mix": problem.fewest(len(problem.operations))})
+    start = list_schedule(net, 0)
+    latency = net.makespan(start)
+    whole = least_cycles(problem, latency)
+    with patch.object(shift, "_BLOCK", 3), patch.object(fifo_lp, "_MOST_WHOLE", 3):
+        assert 0 <= least_cycles(problem, latency) <= whole
+        moved = improve(problem, net, start, latency, [1] * len(problem.values))
+    before, after = (dict(zip(net.ids, cycles, strict=True)) for cycles in (start, moved))
+    assert fifo_words(problem, after, latency) <= fifo_words(problem, before, latency)
+    assert net.makespan(moved) <= latency
+    assert all(moved[t] >= moved[i] + net.latency[i] for i in range(len(start)) for t in net.after[i])
 
 
 @relaxed

@@ -346,6 +346,6 @@ def test_output_folder_that_cannot_be_written(tmp_path: Path) -> None:
 def test_start_up_imports_nothing_heavy() -> None:
     code = "import sys, cordicc.cli; print(*sorted(m for m in sys.modules if '.' not in m))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"numpy", "sympy", "networkx", "mpmath", "ruamel", "jinja2", "flint"} & set(
+    assert not {"numpy", "sympy", "networkx", "ortools", "mpmath", "ruamel", "jinja2", "flint"} & set(
         result.stdout.split()
     )

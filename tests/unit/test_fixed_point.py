@@ -208,3 +208,21 @@ def test_a_bad_description_is_refused(spec, message):
 def test_a_bad_format_of_a_value_is_refused(spec):
     with pytest.raises(ValueError, match=r"bits|format"):
         SYSTEM.format(spec)
+
+
+@pytest.mark.parametrize(
+    ("width", "fraction"), [(24, 21), (24, 14), (24, 0), (24, -8), (30, 6), (32, 0), (32, 27)]
+)
+def test_long_words_are_wrapped_to_half_an_ulp_and_the_invalid_one_stays(width, fraction):
+    mp = mpmath.MPContext()
+    mp.prec = 300
+    angle, result = FixedPoint(width, fraction), FixedPoint(24, 21)
+    rng = np.random.default_rng(7)
+    every = rng.integers(-angle.largest_word, angle.largest_word + 1, 300)
+    every[:4] = [angle.invalid_word, angle.largest_word, -angle.largest_word, 0]
+    got = FixedSystem(width).calculate("wrap", {}, [Signal(every, angle)], result)
+    assert got[0] == result.invalid_word
+    for value, turned in zip(angle.decode(every)[1:], result.decode(got)[1:], strict=True):
+        exact = mp.mpf(value) - 2 * mp.pi * mp.nint(mp.mpf(value) / (2 * mp.pi))
+        error = abs(turned - exact)
+        assert min(error, abs(2 * mp.pi - error)) <= 0.52 * result.ulp

@@ -8,11 +8,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
-    {"cli", "cli_schedule", "cli_study", "__main__"},
+    {"cli", "cli_schedule", "cli_simulate", "cli_study", "__main__"},
     {"api", "explore", "summary", "trace", "sequence_text"},
     {"pipeline"},
-    {"guard_bits", "word_lengths"},
-    {"checks", "observation"},
+    {"guard_bits", "word_lengths", "within_error"},
+    {"checks", "observation", "certify"},
     {"poles"},
     {"record"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
@@ -26,6 +26,7 @@ RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
     {"cli", "__main__"},
     {"cli", "cli_schedule"},
+    {"cli", "cli_simulate"},
     {"cli", "cli_study"},
     {"plan", "plan_json"},
     {"plan", "plan_check"},

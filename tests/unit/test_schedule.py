@@ -135,8 +135,11 @@ def test_three_hundred_operations() -> None:
     assert solved.fifo_words < given.earliest().fifo_words
 
 
-def test_ortools_is_loaded_only_to_solve() -> None:
-    script = "import sys, cordicc.schedule.place; sys.exit('ortools' in sys.modules)"
+def test_ortools_and_networkx_are_loaded_only_where_they_work() -> None:
+    script = (
+        "import sys, cordicc.schedule.place, cordicc.schedule.bare\n"
+        "sys.exit(bool({'ortools', 'networkx'} & set(sys.modules)))"
+    )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 

@@ -1,4 +1,5 @@
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,22 @@ def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: in
     samples = draw(plan.problem, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
+
+
+@pytest.mark.parametrize("interval", [2, 4])
+def test_shared_units_in_fixed_point_give_the_same_bytes_clock_by_clock(interval: int) -> None:
+    plan = cordicc.Plan.of(planned("planar_2r", "fixed24", initiation_interval=interval))
+    samples = draw(plan.problem, 70, 3)
+    functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
+    assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
+    assert functional["valid"].any()
+
+
+def test_a_cluster_needs_its_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InvalidInput, match="needs distributed") as caught:
+        workers(None, "tcp://127.0.0.1:1")
+    assert caught.value.diagnostics[0].code == "E721"
 
 
 def test_control_words_are_recorded_read_back_and_verified() -> None:
@@ -192,12 +209,29 @@ def test_explore_finds_a_front() -> None:
     calls: list[tuple[int, int]] = []
     path = EXAMPLES / "wheel_beta.yaml"
     front = explore(path, "imscor24", "auto", 1, workers(1, None), lambda d, n: calls.append((d, n)))
-    assert calls[-1] == (front.tried, front.tried)
+    assert calls[-1][0] == calls[-1][1] >= front.tried
     assert all(all(point.optimal.values()) for point in front.points)
     figures = [point.figures() for point in front.points]
     assert {point.initiation_interval for point in front.points} <= set(INTERVALS)
     for a in figures:
         assert not any(b != a and all(x <= y for x, y in zip(b, a, strict=True)) for b in figures)
+
+
+def test_explore_tells_what_is_wrong_with_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text("inputs: {x: [0, 1]}\nequations: [y = x + z]\n")
+    with pytest.raises(InvalidInput, match="unknown name 'z'"):
+        explore(file, "kinematic", "auto", 1, workers(1, None), lambda done, count: None)
+
+
+def test_a_latency_found_on_the_way_to_fewer_words_is_kept() -> None:
+    asked = {
+        **GRAPH,
+        "operations": [{"id": f"{kind}{k}", "kind": kind} for k in range(4) for kind in ("cau", "mul")],
+        "edges": [[f"cau{k}", f"mul{k}"] for k in range(4)],
+    }
+    answer = schedule_graph(parse_graph(json.dumps(asked), "g"), Effort(schedule=0.0, words=0.0))
+    verify_bare(asked, answer)
 
 
 def test_a_bare_graph(tmp_path: Path) -> None:

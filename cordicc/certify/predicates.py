@@ -1,0 +1,94 @@
+"""Where a bound holds: conditions on a sample, judged by the same enclosures as the bound, for one sample.
+
+The margin of an operation is 0 where a derivative of its results is infinite or a choice is made: the norm
+of a vector whose angle is taken, a divisor, a root, the second result of an implicit equation, the number
+whose sign decides. A condition demands a margin, of the exact and of the computed operands. Or it demands
+that the sample's own bound, from enclosures of this sample alone, is at most the bound that is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.certify.boxes import Boxes, Floats
+from cordicc.certify.models import CHOOSER
+from cordicc.certify.network import Network, Step
+from cordicc.certify.sweep import errors, forward
+
+OWN_BOUND = "own bound"
+
+
+@dataclass(frozen=True, slots=True)
+class Predicate:
+    """The margin of an operation is at least a threshold; or the sample's own bound is at most that."""
+
+    kind: str
+    threshold: float
+    text: str
+    operation: str | None = None
+
+    def spec(self) -> dict[str, Any]:
+        """Return the plain data that a plan holds."""
+        return {
+            "kind": self.kind,
+            "threshold": self.threshold,
+            "text": self.text,
+            "operation": self.operation,
+        }
+
+
+_KINDS = {
+    ("vector", 1): ("norm", "norm of ({0}, {1})"),
+    ("vector", 0): ("divisor", "|{0}|"),
+    ("vector", -1): ("norm", "sqrt(x^2 - y^2) of x = {0}, y = {1}"),
+    ("implicit", 1): ("rest", "sqrt(A^2 + B^2 - C^2) of A = {0}, B = {1}, C = {2}"),
+    ("implicit", -1): ("rest", "sqrt(A^2 - B^2 + C^2) of A = {0}, B = {1}, C = {2}"),
+    ("lightcone", None): ("root", "sqrt(u v) of u = {0}, v = {1}"),
+}
+
+
+def margin(step: Step, threshold: float) -> Predicate:
+    """Return the condition that an operation has a margin."""
+    names = [o if isinstance(o, str) else f"{o.interval.lo:.6g}" for o in step.operands]
+    if step.op in CHOOSER:
+        kind, form = "sign", "|{0}|"
+        names = [names[CHOOSER[step.op]]]
+    else:
+        kind, form = _KINDS[step.op, step.params.get("m")]
+    text = f"{form.format(*names)} >= {threshold:.6g} (equation of '{step.equation}')"
+    return Predicate(kind, threshold, text, step.id)
+
+
+def own_bound(threshold: float) -> Predicate:
+    """Return the condition on the sample's own bound."""
+    return Predicate(OWN_BOUND, threshold, f"the bound of the sample itself <= {threshold:.6g}")
+
+
+def singular(step: Step) -> bool:
+    """Tell whether an operation needs a margin."""
+    if step.op == "vector" and step.params["m"] >= 0:
+        return step.results[1] is not None
+    if step.op == "flip":
+        return step.operands[0] != step.operands[1]
+    return step.op in ("vector", "lightcone", "implicit", "sign", "select")
+
+
+def inside(
+    net: Network, output: str, conditions: Sequence[Predicate], samples: Mapping[str, Floats]
+) -> NDArray[np.bool_]:
+    """Tell which samples, float64 of shape (n,) by input, meet the conditions of an output's bound."""
+    steps = net.upstream(output)
+    made = forward(net, steps, {name: Boxes(samples[name], samples[name]) for name in net.inputs}, {})
+    kept = ~made.empty
+    for condition in conditions:
+        if condition.kind == OWN_BOUND:
+            kept &= errors(net, steps, output, made) <= condition.threshold
+        else:
+            assert condition.operation is not None
+            kept &= made.squares[condition.operation].lo >= condition.threshold * condition.threshold
+    return kept
