@@ -27,7 +27,7 @@ from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import rebuild
-from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
+from cordicc.rewrite.sharing import add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
@@ -137,7 +137,6 @@ def search(
         add_squares(store, graph, values)
     add_halves(store, graphs[0], moved[0])
     add_chains(store)
-    add_multiples(store)
     add_orders(store)
     add_pairs(store)
     subjects = [
@@ -309,14 +308,8 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     )
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
-    own = {}
-    for value in _angles(store):
-        rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
-        if rotor is not None:
-            own.setdefault((rotor[0].key, rotor[1].key), value)
-    for lifting in [Lifting(store, frozenset(lifted), own)] + [
-        Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
-    ]:
+    for chosen in _subsets(lifted):
+        lifting = Lifting(store, frozenset(chosen))
         for value in outputs.values():
             lifting.lift(value)
         for index in range(size):

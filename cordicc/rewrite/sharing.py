@@ -36,19 +36,6 @@ def add_norms(store: Store) -> None:
             store.add(square, store.mul(C, C))
 
 
-def add_multiples(store: Store) -> None:
-    """Join sums and products with a multiple of an earlier value, plus a constant, that equals them."""
-    store.reason = ("a multiple of another value, plus a constant",)
-    for value, poly in tuple(store.multiples()):
-        found = store.affine(poly)
-        if found is None or store.node(value).op not in ("add", "sub", "mul"):
-            continue
-        other, factor, constant = found
-        if store.find(other) != store.find(value):
-            store.algebra.origin = store.node(value).origin
-            store.union(value, store.add(store.scale(factor, other), store.const(constant)))
-
-
 def add_orders(store: Store) -> None:
     """Add products of three factors in the orders whose first product serves more than one."""
     triples: dict[tuple[Value, Value, Value], Value] = {}

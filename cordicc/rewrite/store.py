@@ -51,7 +51,6 @@ class Store:
         self._by_key: dict[str, Value] = {}
         self._affine: dict[str, tuple[Value, Fraction, Fraction]] = {}
         self._sums: list[tuple[Value, Poly]] = []
-        self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
 
     # -- building ---------------------------------------------------------------------------------
@@ -158,10 +157,6 @@ class Store:
     def sums(self) -> list[tuple[Value, Poly]]:
         """Return values with polynomials of a few terms, each without its constant, monic."""
         return self._sums
-
-    def multiples(self) -> list[tuple[Value, Poly]]:
-        """Return values, as polynomials, that `affine` finds earlier ones for."""
-        return self._multiples
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -271,9 +266,7 @@ class Store:
         if poly is None:
             return
         constant, factor, key = self._affine_key(poly)
-        if factor and key in self._affine:
-            self._multiples.append((value, poly))
-        elif factor:
+        if factor and key not in self._affine:
             self._affine[key] = (value, factor, constant)
             if 1 < len(poly) <= _SUM_TERMS:
                 rest = poly - self.field.number(constant).num
