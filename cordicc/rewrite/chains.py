@@ -43,7 +43,7 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
         parts = [[monic(base)[1] for base, _ in half.factor()[1]] for half in halves]
         if any(len(factors) < 2 for factors in parts):
             continue
-        store.algebra.origin = store.node(one).origin
+        store.begin(store.node(one).origin)
         store.reason = ("half the sum and half the difference of two values, which factor",)
         for text in {str(base) for factors in parts for base in factors} & set(turns):
             p, q, op = turns[text]
@@ -88,7 +88,7 @@ def add_chains(store: Store) -> None:
     store.reason = ("u cos t and u sin t as one rotation of (u, 0)",)
     for (u, angle), values in products.items():
         if len(values) == 2:
-            store.algebra.origin = store.node(values[0]).origin
+            store.begin(store.node(values[0]).origin)
             made = store.make("rotate", (u, zero, angle), (1,))
             for result, value in values.items():
                 store.union(value, made[result])

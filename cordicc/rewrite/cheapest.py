@@ -29,12 +29,16 @@ _USUAL = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A graph of unit operations, whether it is proven the cheapest alternative, and each node's steps."""
+    """A graph of unit operations, whether it is proven the cheapest alternative, each node's steps.
+
+    `facts`: the texts of the assumptions that it rests on.
+    """
 
     graph: Graph
     proven: bool = False
     searched: bool = False
     steps: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    facts: tuple[str, ...] = ()
 
 
 def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> Choice:
@@ -66,7 +70,7 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
                 return Choice(graph, proven=found.proven, searched=True)
             if as_accurate(problem, graph, made, points):
                 steps = found.steps if costs.implicit else {}
-                return Choice(made, found.proven, True, steps)
+                return Choice(made, found.proven, True, steps, found.facts)
         if found is None:
             return Choice(graph)
     return Choice(graph, searched=True)

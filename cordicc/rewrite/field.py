@@ -103,6 +103,8 @@ class Field:
         self._free_left = list(range(roots + pairs, roots + pairs + free))
         self._relations: dict[int, Poly] = {}
         self._tangents: dict[int, tuple[int, int, int]] = {}
+        self._facts: dict[int, str] = {}
+        self.touched: set[str] = set()
         self.definite: dict[str, int] = {}
         self.radicands: dict[int, Poly] = {}
         self.one = self.context.constant(1)
@@ -196,8 +198,11 @@ class Field:
             total = total + self.reduce(self.context.from_dict(terms) * turned)
         return total
 
-    def relate(self, poly: Poly) -> bool:
-        """Take a polynomial for 0 if its leading term is a square of one free generator; tell whether."""
+    def relate(self, poly: Poly, fact: str = "") -> bool:
+        """Take a polynomial for 0 if its leading term is a square of one free generator; tell whether.
+
+        `touched` holds the facts that were used since it was cleared.
+        """
         _, base = monic(poly)
         powers = base.monomial(0) if len(base) else ()
         index = next((i for i, power in enumerate(powers) if power), None)
@@ -205,6 +210,8 @@ class Field:
         if index is None or not free or (base - self._gens[index] ** 2).degrees()[index]:
             return False
         self._relations[index] = base
+        if fact:
+            self._facts[index] = fact
         return True
 
     def sign(self) -> int:
@@ -240,6 +247,8 @@ class Field:
         """Return a polynomial with no generator of a relation above the first power."""
         for index in sorted(self._relations):
             if poly.degrees()[index] > 1:
+                if index in self._facts:
+                    self.touched.add(self._facts[index])
                 poly = poly % self._relations[index]
         return poly
 

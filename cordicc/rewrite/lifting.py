@@ -8,7 +8,7 @@ second result w, (A^2 + B^2) (c, s) = (B C -+ A w, A C +- B w), and (c, s) = (x,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -38,11 +38,17 @@ class Ratio:
 
 
 class Lifting:
-    """Lifts values of a store; `angles` are those whose cosine and sine become fractions."""
+    """Lifts values of a store; `angles` are those whose cosine and sine become fractions.
 
-    def __init__(self, store: Store, angles: frozenset[Value]) -> None:
+    `own` gives, by rotor, angles of implicit units that stand for sums of angles.
+    """
+
+    def __init__(
+        self, store: Store, angles: frozenset[Value], own: Mapping[tuple[str, str], Value] | None = None
+    ) -> None:
         self.store = store
         self._angles = angles
+        self._own = own or {}
         self._done: dict[Value, Ratio] = {}
 
     def lift(self, value: Value) -> Ratio:
@@ -143,7 +149,7 @@ class Lifting:
         node = store.node(value)
         plain = tuple(Ratio(Value(value.node, i)) for i in range(len(node.definition.results)))
         operands = [self._done[v] for v in node.operands]
-        store.algebra.origin = node.origin
+        store.begin(node.origin)
         store.reason = _REASONS.get(node.op, ("taken over the common positive denominator",))
         try:
             made = self._lifted(node.op, node.params, node.operands, operands)
@@ -209,6 +215,8 @@ class Lifting:
             case "neg":
                 c, s = self.rotor(node.operands[0])
                 return c, self._minus(s)
+            case "add" | "sub" if self._equal(angle) is not None:
+                return self._implicit(self._equal(angle) or angle)
             case "add":
                 return self._turned(self.rotor(node.operands[0]), self.rotor(node.operands[1]))
             case "sub":
@@ -227,6 +235,11 @@ class Lifting:
                 return self._implicit(angle)
         made = store.make("rotate", (store.const(1), store.const(0), angle), (1,))
         return Ratio(made[0]), Ratio(made[1])
+
+    def _equal(self, angle: Value) -> Value | None:
+        """Return an angle of an implicit unit with the same cosine and sine."""
+        known = self.store.rotors.rotor(angle) if self._own else None
+        return None if known is None else self._own.get((known[0].key, known[1].key))
 
     def _minus(self, ratio: Ratio) -> Ratio:
         return Ratio(self.store.scale(Fraction(-1), ratio.num), ratio.dens)

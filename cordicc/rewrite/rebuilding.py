@@ -76,6 +76,29 @@ def rebuild(
     return builder.build(outputs), told
 
 
+def facts_of(store: Store, choice: Alternatives, extraction: Extraction, certain: int) -> frozenset[str]:
+    """Return the facts that the chosen operations rest on; more may be named, none is left out.
+
+    The first `certain` nodes of the store are the equations as they stand, which rest on no fact.  Where
+    another node stands for one of them, both rest on what they and their operands were simplified by.
+    """
+    chosen = {choice.options[number].node for number in extraction.provider.values()}
+    members: dict[Value, set[int]] = {}
+    for index in {*chosen, *range(certain)}:
+        for r in range(len(store.algebra.nodes[index].definition.results)):
+            members.setdefault(store.find(Value(index, r)), set()).add(index)
+    equal = [each for each in members.values() if len(each) > 1 and not each.isdisjoint(chosen)]
+    new = {index for index in chosen if index >= certain}
+    todo, seen, facts = sorted(new.union(*equal)), set[int](), frozenset[str]()
+    while todo:
+        index = todo.pop()
+        if index not in seen:
+            seen.add(index)
+            facts |= store.rests.get(index, frozenset())
+            todo += [v.node for v in store.algebra.nodes[index].operands]
+    return facts
+
+
 def _steps(store: Store, option: Option) -> tuple[str, ...]:
     """Return the steps that lead to a CAU or to a sum of angles."""
     if option.op == "wrap":
@@ -83,7 +106,8 @@ def _steps(store: Store, option: Option) -> tuple[str, ...]:
     angle = store.rotors.known_rotor(Value(option.node)) is not None
     if option.op not in UNITS and not (option.op in ("add", "sub") and angle):
         return ()
-    return (*store.why.get(option.node, ()), *_taken_for(store, option))
+    rests = tuple(f"rests on the fact {fact}" for fact in sorted(store.rests.get(option.node, ())))
+    return (*store.why.get(option.node, ()), *_taken_for(store, option), *rests)
 
 
 def _taken_for(store: Store, option: Option) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ class Rotors:
         self.field = constants.field
         self.turned: dict[int, tuple[Value, int, int]] = {}
         self._rotors: dict[tuple[Value, int], Rotor | None] = {}
+        self._touched: dict[tuple[Value, int], frozenset[str]] = {}
         self._atoms: dict[tuple[str, int], Rotor] = {}
 
     def turn(self, vector: Rotor, rotor: Rotor, m: int = 1) -> Rotor:
@@ -56,10 +57,13 @@ class Rotors:
     def rotor(self, value: Value, m: int = 1) -> Rotor | None:
         """Return cosine and sine of an angle, None where they are too large."""
         if (value, m) not in self._rotors:
+            before, self.field.touched = self.field.touched, set()
             try:
                 self._rotors[value, m] = self._rotor(value, m)
             except (TooLarge, ZeroDivisionError):
                 self._rotors[value, m] = None
+            self._touched[value, m], self.field.touched = frozenset(self.field.touched), before
+        self.field.touched |= self._touched[value, m]
         return self._rotors[value, m]
 
     def known_rotor(self, value: Value) -> Rotor | None:

@@ -26,8 +26,8 @@ from cordicc.rewrite.lifting import Lifting
 from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
-from cordicc.rewrite.rebuilding import rebuild
-from cordicc.rewrite.sharing import add_norms, add_orders, add_pairs
+from cordicc.rewrite.rebuilding import facts_of, rebuild
+from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
@@ -50,11 +50,12 @@ _SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The chosen graph, whether it is proven best over the alternatives, and steps by node."""
+    """The chosen graph, whether it is proven best over the alternatives, steps by node, facts used."""
 
     graph: Graph
     proven: bool
     steps: Mapping[int, tuple[str, ...]]
+    facts: tuple[str, ...] = ()
 
 
 def sample_points(problem: Problem, graphs: Sequence[Graph], count: int = POINTS) -> dict[str, Floats] | None:
@@ -137,6 +138,7 @@ def search(
         add_squares(store, graph, values)
     add_halves(store, graphs[0], moved[0])
     add_chains(store)
+    add_multiples(store)
     add_orders(store)
     add_pairs(store)
     subjects = [
@@ -144,13 +146,17 @@ def search(
     ]
     for worse in _WORSE:
         choice = alternatives(store, certain, outputs, subjects, worse)
+        store.begin("")
         needs = requirements(store, graphs[0], moved[0], choice)
+        conditions = frozenset(store.field.touched)
         zeros = frozenset([choice.class_of(store.const(0))])
         extraction = extract(choice, needs, zeros, costs, goal)
         if extraction is None:
             return
         graph, steps = rebuild(store, choice, needs, extraction, graphs[0])
-        yield Found(graph, extraction.proven, steps)
+        facts = conditions | facts_of(store, choice, extraction, certain)
+        told = tuple(fact.text for fact in problem.assumptions if fact.text in facts)
+        yield Found(graph, extraction.proven, steps, told)
 
 
 def _field(graphs: Sequence[Graph]) -> Field | None:
@@ -173,7 +179,7 @@ def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
     """Copy a graph into the store; a guard's value is that of its operand."""
     moved: list[tuple[Value, ...]] = []
     for node in graph.nodes:
-        store.algebra.origin = node.origin
+        store.begin(node.origin)
         operands = [moved[v.node][v.result] for v in node.operands]
         if node.op == "guard":
             moved.append((operands[0],))
@@ -207,7 +213,7 @@ def _assume(store: Store, problem: Problem) -> None:
         sides = [graph.outputs[f"{side}{index}"] for side in ("left", "right")]
         left, right = (store.element(moved[v.node][v.result]) for v in sides)
         if left is not None and right is not None:
-            store.assume(store.field.sub(left, right), fact.relation)
+            store.assume(store.field.sub(left, right), fact.relation, fact.text)
 
 
 def _angles(store: Store) -> list[Value]:
@@ -225,7 +231,7 @@ def _add_forms(store: Store) -> None:
     synthesis = Synthesis(store)
     store.reason = ("written as a sum of products",)
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        store.algebra.origin = node.origin
+        store.begin(node.origin)
         if node.op == "rotate" and node.params[0] != 0:
             m = int(node.params[0])
             rotor = store.make("rotate", (store.const(1), store.const(0), node.operands[2]), (m,))
@@ -263,7 +269,7 @@ def _add_circles(
     sums = [v for results in moved for v in results if store.node(v).op in _SUMS and _is_angle(store, v)]
     known = _nonzero_factors(store, graph, moved)
     for angle in dict.fromkeys((*angles, *sums)):
-        store.algebra.origin = store.node(angle).origin
+        store.begin(store.node(angle).origin)
         for circle in circles(store, angle):
             store.reason = circle_steps(store, angle, circle)
             try:
@@ -308,8 +314,14 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     )
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
-    for chosen in _subsets(lifted):
-        lifting = Lifting(store, frozenset(chosen))
+    own: dict[tuple[str, str], Value] = {}
+    for value in _angles(store):
+        rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
+        if rotor is not None:
+            own.setdefault((rotor[0].key, rotor[1].key), value)
+    for lifting in [Lifting(store, frozenset(lifted), own)] + [
+        Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
+    ]:
         for value in outputs.values():
             lifting.lift(value)
         for index in range(size):
@@ -355,7 +367,7 @@ def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, 
     quarters = np.angle(rest) / (np.pi / 2)
     if abs(quarters - round(quarters)) > 1e-9:
         return
-    store.algebra.origin = store.node(r).origin
+    store.begin(store.node(r).origin)
     names = [name_of(store, v) for v in (r, p, q)]
     minus = "-" if whole == -1 else ""
     middle = "+" if sign == 1 else "-"

@@ -25,7 +25,7 @@ def add_norms(store: Store) -> None:
     for index, node in enumerate(tuple(store.algebra.nodes)):
         if node.op not in ("vector", "implicit") or node.params[0] != 1:
             continue
-        store.algebra.origin = node.origin
+        store.begin(node.origin)
         root = Value(index, 0 if node.op == "vector" else 1)
         C = node.operands[2]
         # A variable C takes as many products as there are without.
@@ -34,6 +34,19 @@ def add_norms(store: Store) -> None:
         square = store.mul(root, root)
         if node.op == "implicit":
             store.add(square, store.mul(C, C))
+
+
+def add_multiples(store: Store) -> None:
+    """Join sums and products with a multiple of an earlier value, plus a constant, that equals them."""
+    store.reason = ("a multiple of another value, plus a constant",)
+    for value, poly in tuple(store.multiples()):
+        found = store.affine(poly)
+        if found is None or store.node(value).op not in ("add", "sub", "mul"):
+            continue
+        other, factor, constant = found
+        if store.find(other) != store.find(value):
+            store.begin(store.node(value).origin)
+            store.union(value, store.add(store.scale(factor, other), store.const(constant)))
 
 
 def add_orders(store: Store) -> None:
@@ -56,7 +69,7 @@ def add_orders(store: Store) -> None:
     for key, value in triples.items():
         for a, b, c in sorted(set(permutations(key))):
             if a <= b and counts[a, b] > 1:
-                store.algebra.origin = store.node(value).origin
+                store.begin(store.node(value).origin)
                 store.union(value, store.mul(store.mul(a, b), c))
 
 
@@ -87,7 +100,7 @@ def add_pairs(store: Store) -> None:
             for other in (False, True) if minus else (False,):
                 partner = known.get((frozenset((frozenset((p, c)), frozenset((a, q)))), other))
                 if partner is not None:
-                    store.algebra.origin = store.node(value).origin
+                    store.begin(store.node(value).origin)
                     _join(store, (a, p, c, q), (value, minus), (partner[0], other, partner[1]))
 
 

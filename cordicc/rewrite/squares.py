@@ -34,7 +34,7 @@ def add_squares(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) 
     roots = []
     for index in sorted(graph.live()):
         node = graph.nodes[index]
-        store.algebra.origin = node.origin
+        store.begin(node.origin)
         operands = [moved[v.node][v.result] for v in node.operands]
         if node.op not in _LINEAR:
             for value in operands:
@@ -81,7 +81,7 @@ class Squares:
                 radicands.append((root, terms))
         counts = Counter(v for _, terms in radicands for v in _squared(terms))
         for root, terms in radicands:
-            store.algebra.origin = store.node(root).origin
+            store.begin(store.node(root).origin)
             store.reason = ("multiplied out over values that are used more than once",)
             store.union(root, store.make("lightcone", (self._sum(terms), store.const(1)))[0])
             squared = _squared(terms)

@@ -35,6 +35,8 @@ class Store:
         self.algebra = Algebra()
         self.reason: tuple[str, ...] = ()
         self.why: dict[int, tuple[str, ...]] = {}
+        self.rests: dict[int, frozenset[str]] = {}
+        self._facts: dict[str, str] = {}
         self._inputs, self._samples = ranges, samples
         self._count = len(next(iter(samples.values())))
         self._ranges: list[tuple[Interval | None, ...]] = []
@@ -51,6 +53,7 @@ class Store:
         self._by_key: dict[str, Value] = {}
         self._affine: dict[str, tuple[Value, Fraction, Fraction]] = {}
         self._sums: list[tuple[Value, Poly]] = []
+        self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
 
     # -- building ---------------------------------------------------------------------------------
@@ -62,7 +65,13 @@ class Store:
         for index in range(before, len(self.algebra.nodes)):
             self.why[index] = self.reason
             self._annotate(index)
+            self.rests[index] = frozenset(self.field.touched)
         return made
+
+    def begin(self, origin: str) -> None:
+        """Start on what an equation asks for; facts that are used from here on are those of its nodes."""
+        self.algebra.origin = origin
+        self.field.touched.clear()
 
     def const(self, number: Fraction | int) -> Value:
         """Return a constant."""
@@ -145,18 +154,19 @@ class Store:
         return value, ratio, constant - ratio * its_constant
 
     def _affine_key(self, poly: Poly) -> tuple[Fraction, Fraction, str]:
-        constant = rational(poly.coefficient(len(poly) - 1)) if self._has_constant(poly) else Fraction(0)
+        ends = len(poly) > 0 and not any(poly.monoms()[-1])
+        constant = rational(poly.coefficient(len(poly) - 1)) if ends else Fraction(0)
         rest = poly - self.field.number(constant).num
         factor, rest = monic(rest)
         return constant, factor, str(rest)
 
-    @staticmethod
-    def _has_constant(poly: Poly) -> bool:
-        return len(poly) > 0 and not any(poly.monoms()[-1])
-
     def sums(self) -> list[tuple[Value, Poly]]:
         """Return values with polynomials of a few terms, each without its constant, monic."""
         return self._sums
+
+    def multiples(self) -> list[tuple[Value, Poly]]:
+        """Return values, as polynomials, that `affine` finds earlier ones for."""
+        return self._multiples
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -172,13 +182,14 @@ class Store:
         element = self.element(value)
         return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
 
-    def assume(self, difference: Element, relation: str) -> None:
+    def assume(self, difference: Element, relation: str, fact: str) -> None:
         """Rest on a fact about an element: = 0, > 0, >= 0, < 0 or <= 0."""
         factor, base = monic(difference.num)
         if relation == "=" and difference.is_polynomial:
-            self.field.relate(difference.num)
+            self.field.relate(difference.num, fact)
         elif relation != "=" and factor:
             sign = 1 if relation in (">", ">=") else -1
+            self._facts[str(base)] = fact
             self._known_signs[str(base)] = sign * self.poly_sign(difference.den) * (1 if factor > 0 else -1)
 
     def poly_sign(self, poly: Poly) -> int:
@@ -193,7 +204,7 @@ class Store:
         """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
         text, known = str(base), len(self._known_signs)
         cached = self._products.get(text)
-        if cached is None or cached[0] != known:
+        if cached is None or cached[0] != known or self._facts:
             sign = 1
             for part, exponent in base.factor()[1]:
                 if exponent % 2:
@@ -203,26 +214,25 @@ class Store:
         return cached[1]
 
     def _base_sign(self, base: Poly) -> int:
-        if len(base) == 1 and base.total_degree() == 1:
-            return 1 if next(self.field.generators(base)) in self.field.radicands else 0
+        single = len(base) == 1 and base.total_degree() == 1
+        if single and next(self.field.generators(base)) in self.field.radicands:
+            return 1
         text = str(base)
+        if text in self._facts:
+            self.field.touched.add(self._facts[text])
         return self.field.definite.get(text, 0) or self._known_signs.get(text, 0)
 
     def _square_sum(self, value: Value, depth: int) -> bool:
-        node = self.node(value)
-        if depth == 0:
-            return False
+        node, interval = self.node(value), self.range(value)
+        if depth == 0 or (interval is not None and interval.lo >= 0):
+            return depth > 0
         if node.op == "mul" and node.operands[0] == node.operands[1]:
             return True
         if node.op == "cmul" and Fraction(node.params[0]) < 0:
             return False
         if node.op in ("add", "mul", "cmul", "shift"):
-            return all(self._square_sum(v, depth - 1) or self._plain_positive(v) for v in node.operands)
+            return all(self._square_sum(v, depth - 1) for v in node.operands)
         return node.op == "abs"
-
-    def _plain_positive(self, value: Value) -> bool:
-        interval = self.range(value)
-        return interval is not None and interval.lo >= 0
 
     # -- annotation -------------------------------------------------------------------------------
 
@@ -266,7 +276,9 @@ class Store:
         if poly is None:
             return
         constant, factor, key = self._affine_key(poly)
-        if factor and key not in self._affine:
+        if factor and key in self._affine:
+            self._multiples.append((value, poly))
+        elif factor:
             self._affine[key] = (value, factor, constant)
             if 1 < len(poly) <= _SUM_TERMS:
                 rest = poly - self.field.number(constant).num

@@ -6,7 +6,7 @@ import pytest
 
 from cordicc.rewrite import circles, field, lifting, options, search
 from cordicc.rewrite.store import Store
-from tests.rewriting import problem_of, same_where, searched, units
+from tests.rewriting import multipliers, problem_of, same_where, searched, units
 
 SIGNS = "t = atan2(x/w + 1, y/w)\ns = atan(x/(w + y))"
 BOX = "x=-2:2, y=-2:2, w=-2:2"
@@ -91,3 +91,19 @@ def test_a_vector_that_may_vanish_takes_no_circle_equation(tmp_path: Path) -> No
     problem = problem_of(tmp_path, "y=-1:1, w=0:1", "t = atan2(y*sqrt(w), 1)", "t")
     graph = searched(problem).graph
     same_where(problem, graph, {"y": [0.0, 0.0, 1.0], "w": [0.0, 1.0, 0.0]})
+
+
+def test_a_multiple_of_another_value(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    equations = "u = (x + y)**2\nv = 3*x**2 + 6*x*y + 3*y**2 + 5"
+    problem = problem_of(tmp_path, "x=1:2, y=1:2", equations, "u, v")
+    graph = searched(problem).graph
+    assert multipliers(graph) == 1
+    affine = Store.affine
+
+    def off(store: Store, poly):
+        found = affine(store, poly)
+        return None if found is None else (found[0], found[1], found[2] + 1)
+
+    monkeypatch.setattr(Store, "affine", off)
+    with pytest.raises(AssertionError):
+        searched(problem)

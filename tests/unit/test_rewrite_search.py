@@ -145,7 +145,31 @@ def test_facts_about_the_inputs(tmp_path: Path) -> None:
     equations = "r = sqrt(x**2 + y**2)\nt = atan2(r, w)\nu = atan2(y, x)\nv = x*cos(t) - w*sin(t)"
     known = problem_of(tmp_path, "x=-1:1, y=-1:1, w=-1:1", equations, "t, u, v", FACTS)
     unknown = problem_of(tmp_path, "x=-1:1, y=-1:1, w=-1:1", equations, "t, u, v", "samples: rows.csv")
-    assert len(units(searched(known).graph)) < len(units(searched(unknown).graph))
+    choice = searched(known)
+    assert len(units(choice.graph)) < len(units(searched(unknown).graph))
+    assert choice.facts == (known.assumptions[0].text,)
+    assert any("rests on the fact" in step for steps in choice.steps.values() for step in steps)
+
+
+ROWS = "x,y\n" + "\n".join(f"{0.1 * i + 0.5},0.25" for i in range(40)) + "\n"
+SIGNED = "assume:\n  - x > 0\n  - y <= 1\nsamples: rows.csv"
+
+
+@pytest.mark.parametrize(
+    ("equations", "outputs", "told"),
+    [
+        ("t = sqrt(x**2*y**4 + x**2)\nu = x*sqrt(y**4 + 1)", "t, u", ("x > 0",)),
+        ("t = sqrt(x**2*(y + 3))\nu = x*sqrt(y + 3)", "t, u", ("x > 0",)),
+        ("t = atan2(y/x, 1)", "t", ("x > 0",)),
+        ("t = y*cos(x)", "t", ()),
+    ],
+)
+def test_the_facts_that_are_used_are_told(
+    tmp_path: Path, equations: str, outputs: str, told: tuple[str, ...]
+) -> None:
+    (tmp_path / "rows.csv").write_text(ROWS, encoding="utf-8")
+    problem = problem_of(tmp_path, "x=-5:5, y=-2:2", equations, outputs, SIGNED)
+    assert searched(problem).facts == told
 
 
 def test_without_implicit_units_chains_are_counted(tmp_path: Path) -> None:
