@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from graphlib import TopologicalSorter
 from typing import Any
 
 from cordicc.targets.model import CAU_KINDS
@@ -174,3 +175,14 @@ class Plan:
             best = max(best, path, key=lambda p: p[0])
             longest |= {result: path for result in operation.results if result is not None}
         return dict(best[1])
+
+
+def dependence_order(plan: Plan) -> tuple[Operation, ...]:
+    """Return the operations, each after those whose results it takes."""
+    operations = {operation.id: operation for operation in plan.operations}
+    maker = {name: operation.id for operation in plan.operations for name in operation.results if name}
+    sorter: TopologicalSorter[str] = TopologicalSorter()
+    for operation in plan.operations:
+        taken = (operand.value for operand in operation.operands)
+        sorter.add(operation.id, *(maker[name] for name in taken if name in maker))
+    return tuple(operations[id] for id in sorter.static_order())

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from graphlib import TopologicalSorter
 from typing import Any
 
 from cordicc.arith.fixed_system import FixedSystem
@@ -24,7 +23,7 @@ from cordicc.backends.c_model_sections import Library, render
 from cordicc.backends.c_model_single import SingleWords
 from cordicc.backends.c_model_words import Term, Words, conjunction
 from cordicc.diagnostics import Diagnostic, Unattainable
-from cordicc.plan import Operand, Operation, Plan
+from cordicc.plan import Operand, Operation, Plan, dependence_order
 from cordicc.targets.model import CAU_KINDS
 
 
@@ -156,14 +155,14 @@ class _Model:
     def _used(self) -> set[str]:
         """Return the values that something takes, operations counted only where a result is taken."""
         used = {operand.value for operand in self.plan.outputs.values() if operand.value is not None}
-        for operation in reversed(_ordered(self.plan)):
+        for operation in reversed(dependence_order(self.plan)):
             if used.intersection(operation.results):
                 used.update(o.value for o in operation.operands if o.value is not None)
         return used
 
     def _statements(self) -> Iterator[str]:
         used = self._used()
-        for operation in _ordered(self.plan):
+        for operation in dependence_order(self.plan):
             if not used.intersection(operation.results):
                 continue
             yield f"    /* {comment(f'{operation.id}: {operation.mode}, for {operation.equation}')} */"
@@ -201,13 +200,3 @@ class _Model:
                 part = f"{both}.{('first', 'second')[at]}"
                 word = self.words.pack(part, result.format, angle=at == angle)
                 yield f"    const {self.words.ctype} {result.text} = {word};"
-
-
-def _ordered(plan: Plan) -> tuple[Operation, ...]:
-    """Return the operations, each after those whose results it takes."""
-    operations = {operation.id: operation for operation in plan.operations}
-    maker = {name: operation.id for operation in plan.operations for name in operation.results if name}
-    sorter: TopologicalSorter[str] = TopologicalSorter()
-    for operation in plan.operations:
-        sorter.add(operation.id, *(maker[o.value] for o in operation.operands if o.value in maker))
-    return tuple(operations[id] for id in sorter.static_order())

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 
 from cordicc.arith.formats import FloatArray, Signal
 from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, dependence_order, prepare
-from cordicc.plan import Fifo, Operand, Operation, Plan
+from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.plan import Fifo, Operand, Operation, Plan, dependence_order
 
 _LANE_SAMPLES = 32
 _MOST_LANES = 8192

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from cordicc.arith.compiled import available, compiled_arithmetic, is_compiled
 from cordicc.arith.formats import FloatArray, Signal
 from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, dependence_order, prepare
-from cordicc.plan import Operand, Operation, Plan
+from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.plan import Operand, Operation, Plan, dependence_order
 from cordicc.targets.model import CAU_KINDS
 
 _BLOCK_SAMPLES = 16384

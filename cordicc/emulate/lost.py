@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, constant_signal, dependence_order, prepare
-from cordicc.plan import Operation, Plan
+from cordicc.emulate.stream import Formats, constant_signal, prepare
+from cordicc.plan import Operation, Plan, dependence_order
 
 
 def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float]) -> Operation | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from graphlib import TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -90,14 +89,3 @@ class Formats:
         if format_ == signal.format:
             return signal.values
         return format_.decode(format_.encode(signal.values))
-
-
-def dependence_order(plan: Plan) -> tuple[Operation, ...]:
-    """Return the operations, each after those whose results it takes."""
-    operations = {operation.id: operation for operation in plan.operations}
-    maker = {name: operation.id for operation in plan.operations for name in operation.results if name}
-    sorter: TopologicalSorter[str] = TopologicalSorter()
-    for operation in plan.operations:
-        taken = (operand.value for operand in operation.operands)
-        sorter.add(operation.id, *(maker[name] for name in taken if name in maker))
-    return tuple(operations[id] for id in sorter.static_order())

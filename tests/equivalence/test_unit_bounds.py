@@ -7,11 +7,12 @@ import pytest
 
 from cordicc.arith.implicit_bounds import implicit_bound
 from cordicc.arith.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
-from cordicc.emulate.stream import Formats, constant_signal, dependence_order, prepare
+from cordicc.emulate.stream import Formats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.reference import evaluate
 from cordicc.observation import machine_of
 from cordicc.pipeline import Options, plan_file
+from cordicc.plan import dependence_order
 from tests.equivalence.test_corpus import CORPUS, PROBLEMS, table
 
 ROWS = 50
