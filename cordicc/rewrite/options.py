@@ -56,6 +56,8 @@ class Classes:
                 rotor = store.rotors.known_rotor(value)
                 if rotor is not None:
                     self._join(("turn", store.find(value)), ("rotor", rotor[0].key, rotor[1].key))
+        for one, other in store.turns:
+            self._join(("turn", store.find(one)), ("turn", store.find(other)))
 
     def _root(self, token: object) -> object:
         while token in self._turns:
@@ -169,6 +171,10 @@ def _live(options: list[Option], providers: Mapping[int, list[int]], roots: list
     return live
 
 
+def _is_angle(store: Store, value: Value) -> bool:
+    return value in store.angles or store.rotors.known_rotor(value) is not None
+
+
 def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     node = store.algebra.nodes[index]
     op, params = node.op, node.params
@@ -186,15 +192,13 @@ def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     found = [Option(op, params, tuple(exact), results, index)]
     sums = op in _SUMS or (op == "cmul" and Fraction(params[0]).denominator == 1)
     sums = sums or (op == "shift" and Fraction(params[0]) >= 0 and Fraction(params[0]).denominator == 1)
-    if sums and all(store.rotors.known_rotor(v) is not None for v in (values[0], *node.operands)):
+    if sums and all(_is_angle(store, v) for v in (values[0], *node.operands)):
         turns = tuple(classes.turn(v) for v in node.operands)
         found.append(Option(op, params, turns, ((classes.turn(values[0]),),), index))
     principal = angle is not None and op == "vector" and store.constant(node.operands[2]) == 0
     own = values[angle or 0]
     interval = store.range(own)
-    inside = (
-        interval is not None and interval.magnitude <= INSIDE and store.rotors.known_rotor(own) is not None
-    )
+    inside = interval is not None and interval.magnitude <= INSIDE and _is_angle(store, own)
     if principal or inside:
         # A principal value: any angle equal to it modulo 2 pi gives it by a wrap.
         found.append(Option("wrap", (), (classes.turn(own),), ((classes.exact(own),),), index))

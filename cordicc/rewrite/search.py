@@ -17,17 +17,18 @@ from cordicc.ir.problem import Problem
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise
-from cordicc.rewrite.conditions import circle_facts, proven, requirements
+from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
 from cordicc.rewrite.extraction import extract
 from cordicc.rewrite.field import Field, TooLarge
+from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.lifting import Lifting
 from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
-from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
+from cordicc.rewrite.sharing import add_multiples, add_norm_chains, add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
@@ -130,10 +131,12 @@ def search(
     _add_forms(store)
     angles = _angles(store)
     _add_circles(store, graphs[0], moved[0], angles)
+    add_frames(store)
     if lift:
         _lift(store, outputs)
     _add_sums(store)
     add_norms(store)
+    add_norm_chains(store)
     for graph, values in zip(graphs, moved, strict=True):
         add_squares(store, graph, values)
     add_halves(store, graphs[0], moved[0])
@@ -274,9 +277,9 @@ def _add_circles(
             store.reason = circle_steps(store, angle, circle)
             try:
                 values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
-                facts = circle_facts(store, "implicit", values)
+                factors = nonzero_factors(store, values[:2])
                 nonzero = proven(store, "implicit", values)[0]
-                if not nonzero and (facts is None or not facts.nonzero <= known):
+                if not nonzero and (factors is None or not factors <= known):
                     continue
                 made = realise(store, *values)
             except TooLarge:
@@ -293,9 +296,9 @@ def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ..
         if node.op in ("vector", "implicit") and node.params[0] == 1:
             if node.op == "vector" and Value(index, 1) not in used:
                 continue
-            facts = circle_facts(store, node.op, [moved[v.node][v.result] for v in node.operands])
-            if facts is not None:
-                found |= facts.nonzero
+            found |= (
+                nonzero_factors(store, [moved[v.node][v.result] for v in node.operands[:2]]) or frozenset()
+            )
     return found
 
 

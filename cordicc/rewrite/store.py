@@ -55,6 +55,9 @@ class Store:
         self._sums: list[tuple[Value, Poly]] = []
         self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
+        self.turns: list[tuple[Value, Value]] = []
+        self.angles: set[Value] = set()
+        self.domains: dict[Value, list[Value]] = {}
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -140,6 +143,21 @@ class Store:
         a, b = self.find(a), self.find(b)
         if a != b:
             self._parent[max(a, b)] = min(a, b)
+
+    def same_turn(self, angle: Value, total: Value) -> None:
+        """Record that a sum of angles equals an angle modulo 2 pi."""
+        self.turns.append((angle, total))
+        todo = [angle, total]
+        while todo:
+            value = todo.pop()
+            if value not in self.angles:
+                self.angles.add(value)
+                node = self.node(value)
+                todo += node.operands if node.op in ("add", "sub", "neg") else ()
+
+    def same_domain(self, angle: Value, other: Value) -> None:
+        """Record that the unit of one angle has a value exactly where that of another has."""
+        self.domains.setdefault(angle, []).append(other)
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
