@@ -286,10 +286,7 @@ class Store:
         if element is None or len(element.num) > _LOOKUP_TERMS:
             return
         self.union(value, self._by_key.setdefault(element.key, value))
-        sign = self.sign(value) * self.poly_sign(element.den)
-        factor, base = monic(element.num)
-        if sign and factor:
-            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
+        self._know_sign(element, self.sign(value))
         poly = self.field.display(element)
         if poly is None:
             return
@@ -301,6 +298,13 @@ class Store:
             if 1 < len(poly) <= _SUM_TERMS:
                 rest = poly - self.field.number(constant).num
                 self._sums.append((value, rest / rest.leading_coefficient()))
+
+    def _know_sign(self, element: Element, sign: int) -> None:
+        """Note the sign of the numerator of an element that has one, if its denominator has one."""
+        factor, base = monic(element.num)
+        sign *= self.poly_sign(element.den) if sign else 0
+        if sign and factor:
+            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
 
     def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
         field = self.field
@@ -375,6 +379,8 @@ class Store:
             quotient = field.div(y, x)
             return x, field.add(z, field.scale(Fraction(sign), quotient))
         squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
+        if m == 1:
+            self._know_sign(squares, 1)
         return self.square_root(squares, None), None
 
     def _sign_element(self, value: Value) -> Element:
