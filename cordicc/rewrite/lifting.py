@@ -124,7 +124,7 @@ class Lifting:
             return ratio
         store = self.store
         element = store.element(value)
-        if element is None:
+        if element is None or not store.is_transparent(element):
             return ratio
         for count in range(len(ratio.dens)):
             poly = store.field.display(element)

@@ -42,6 +42,9 @@ _DRAWN = 6_000
 _GENERATORS = 120
 _NODES = 400
 _SUBSETS = 16
+_OPAQUE = 16
+"""Values that may become generators because what they are made of is too large."""
+
 _WORSE = (16.0, 12.0, 8.0, 4.0)
 """How many times the error bound of a value in the realisation of the passes an operation is allowed."""
 
@@ -120,9 +123,13 @@ def search(
     store = Store(field, ranges, points)
     _name_constants(store, graphs)
     _assume(store, problem)
+    store.opaque_left = _OPAQUE
     moved = [_import(store, graphs[0])]
     certain = len(store.algebra.nodes)
     moved += [_import(store, graph) for graph in graphs[1:]]
+    for angle in _angles(store):
+        store.rotors.rotor(angle)
+    store.opaque_left = 0
     outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
     for graph, values in zip(graphs[1:], moved[1:], strict=True):
         for name, value in graph.outputs.items():
@@ -167,14 +174,18 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
     inputs = count.get("input", 0) // len(graphs)
     turned = len({n.operands[2] for g in graphs for n in g.nodes if n.op == "rotate"})
-    roots = 6 + sum(
-        1
-        for n in graphs[0].nodes
-        if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+    roots = (
+        6
+        + _OPAQUE // 2
+        + sum(
+            1
+            for n in graphs[0].nodes
+            if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+        )
     )
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
     opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
-    free = inputs + 2 * pairs + opaque
+    free = inputs + 2 * pairs + opaque + _OPAQUE
     return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
 
 
