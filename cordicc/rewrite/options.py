@@ -17,6 +17,9 @@ from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.wraps import INSIDE
 
+_LARGEST = 2.0**96
+"""Far within the range of single precision, whose exponents end at 127."""
+
 _SUMS = ("add", "sub", "neg")
 _USUAL = 4.0
 """How many times the error bound of the median sample is allowed to an output anywhere."""
@@ -103,7 +106,7 @@ def alternatives(
             if index == certain - 1:
                 _ease(classes, outputs.values(), least, worse)
         else:
-            options += [o for o in made if _accurate(store, o, least, worse)]
+            options += [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
     for number, option in enumerate(options):
@@ -144,6 +147,15 @@ def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: flo
         for k in classes:
             if k in least and not bool(np.all(error <= worse * least[k])):
                 return False
+    return True
+
+
+def _moderate(store: Store, option: Option) -> bool:
+    """Tell whether the results stay far from overflow and underflow of single precision."""
+    for result in range(len(option.results)):
+        size = np.abs(store.numbers(Value(option.node, result)))
+        if np.any(size > _LARGEST) or np.any((size < 1 / _LARGEST) & (size > 0)):
+            return False
     return True
 
 
