@@ -1,4 +1,9 @@
-"""The cheapest set of operations that yields the outputs, by constraint programming (CP-SAT)."""
+"""The cheapest set of operations that yields the outputs, by constraint programming (CP-SAT).
+
+Goals that count operations are met on a model without times, whose linear relaxation is strong; only where
+classes may be made from one another do they have an order in it.  Latency, and what comes after it, is met
+on a model with the time of each class.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +13,27 @@ from typing import Any
 
 from cordicc.rewrite.conditions import Requirement
 from cordicc.rewrite.costs import Costs, ordered
+from cordicc.rewrite.dominance import Lean, lean
 from cordicc.rewrite.options import Alternatives
 
 _SEED = 1
-_WORK = {"standard": 0.4, "processors": 0.8, "multipliers": 0.8, "latency": 0.3, "area": 0.3}
-"""Deterministic time of the solver for each figure that is minimised."""
+_WORK = (0.8, 0.4, 0.2, 0.2)
+"""Deterministic time of the solver for each goal, the most important first."""
+
+_PREFERENCE = 0.4
+"""The same for the number of standard CAUs, where implicit ones are preferred."""
+
+_START = 0.5
+"""The same for the start, where latency comes first."""
+
+_MULTIPLIERS = 1000
+"""Multipliers that a CAU counts for in the start."""
 
 _STEP = 64
 """Time is counted in 1/64 cycles, so that operations without a cycle still have an order."""
+
+_LATEST = 40_000
+"""Cycles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,28 +47,29 @@ class Extraction:
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """What is chosen from: options with the CAUs they take, conditions to be met, and the costs."""
+    """What is to be extracted: CAUs and steps of time by option, besides the arguments of `extract`."""
 
     choice: Alternatives
+    left: Lean
     requirements: Sequence[Requirement]
-    units: Sequence[int]
     costs: Costs
-
-    def ticks(self, option: int) -> int:
-        """Return the latency of an option in steps of `_STEP`."""
-        return self.costs.cycles(self.choice.options[option].op, self.units[option]) * _STEP + 1
+    units: Sequence[int]
+    steps: Sequence[int]
 
 
 @dataclass(slots=True)
 class _Model:
-    """The variables of a model: options taken, classes needed, who provides, guards; when, if it is timed."""
+    """The variables of a model: options taken, classes needed, who provides, when, guards.
+
+    Without times `time` holds the order of the classes that may depend on themselves.
+    """
 
     model: Any
-    taken: list[Any]
+    taken: dict[int, Any]
     needed: dict[int, Any]
     provides: dict[tuple[int, int], Any]
-    guards: list[Any]
     time: dict[int, Any]
+    guards: list[Any]
     finish: Any
 
 
@@ -67,123 +86,120 @@ def extract(
     `processors` and `fifo`; latency first for `latency`; area first for `area`.  Standard CAUs come
     before all of them where implicit ones are preferred.
     """
+    units = [costs.caus(o.op, not zeros.isdisjoint(o.operands[:2])) for o in choice.options]
+    steps = [costs.cycles(o.op, u) * _STEP + 1 for o, u in zip(choice.options, units, strict=True)]
+    task = _Task(choice, lean(choice, requirements, costs, units), requirements, costs, units, steps)
+    goals = list(zip(ordered(goal, "processors", "multipliers", "latency", "area"), _WORK, strict=True))
+    if costs.preferred:
+        goals.insert(0, ("standard", _PREFERENCE))
+    before = [name for name, _ in goals].index("latency")
+    counted = goals[:before] or [("start", _START)]
+    answer, reached, proven = _solved(task, _build(task, timed=False), counted, None)
+    if answer is None:
+        return None
+    timed = _build(task, timed=True)
+    for (name, _), value in zip(goals[:before], reached, strict=False):
+        timed.model.add(_expression(task, timed, name) <= value)
+    if before and len(reached) < before:
+        return Extraction(*answer, proven=False)
+    better, _, best = _solved(task, timed, goals[before:], answer)
+    return Extraction(*(better or answer), proven=best and (proven or not before))
+
+
+_Answer = tuple[dict[int, int], tuple[int, ...]]
+
+
+def _solved(
+    task: _Task, built: _Model, goals: Sequence[tuple[str, float]], start: _Answer | None
+) -> tuple[_Answer | None, list[int], bool]:
+    """Return the last answer found, the value of each goal that was met, and whether all are proven."""
     from ortools.sat.python import cp_model
 
-    units = [costs.caus(o.op, not zeros.isdisjoint(o.operands[:2])) for o in choice.options]
-    task = _Task(choice, requirements, units, costs)
-    figures = ordered(goal, "processors", "multipliers", "latency", "area")
-    figures = ("standard", *figures) if costs.preferred else figures
-    timed = figures.index("latency")
-    search = _Search(cp_model, task)
-    if timed == 0 or figures[0] == "area":
-        # Few CAUs and multipliers are a good start for every goal.
-        search.start(("processors", "multipliers"))
-    search.minimise(figures[:timed], timed=False)
-    search.minimise(figures[timed:], timed=True)
-    if search.answer is None:
-        return None
-    return Extraction(search.answer[0], search.answer[1], search.proven)
-
-
-class _Search:
-    """Minimises one figure after the other, each from the last solution and without giving back."""
-
-    def __init__(self, cp_model: Any, task: _Task) -> None:
-        self._cp_model, self._task = cp_model, task
-        self._reached: dict[str, int] = {}
-        self.proven = True
-        self.answer: tuple[dict[int, int], tuple[int, ...]] | None = None
-
-    def start(self, figures: Sequence[str]) -> None:
-        """Find a solution with small figures, without holding on to them."""
-        self.minimise(figures, timed=False)
-        self._reached.clear()
-        self.proven = True
-
-    def minimise(self, figures: Sequence[str], *, timed: bool) -> None:
-        """Minimise figures in their order; of a model with or without times."""
-        if not figures:
-            return
-        built = _build(self._cp_model, self._task, timed=timed)
-        for figure, reached in self._reached.items():
-            built.model.add(_figure(self._task, built, figure) <= reached)
-        for figure in figures:
-            if not self._minimise(built, figure):
-                self.proven = False
-                return
-
-    def _minimise(self, built: _Model, figure: str) -> bool:
-        """Minimise a figure; tell whether there is a solution."""
-        solver = self._cp_model.CpSolver()
-        solver.parameters.num_workers = 1
-        solver.parameters.random_seed = _SEED
-        solver.parameters.max_deterministic_time = _WORK[figure]
-        if self.answer is not None:
-            _hint(built, self._task, *self.answer)
-        expression = _figure(self._task, built, figure)
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = _SEED
+    # Linear relaxations of a model with times are weak and cost more than they save.
+    solver.parameters.linearization_level = 2 if built.finish is None else 0
+    if start is not None:
+        _start(task, built, start)
+    answer, reached, proven = None, [], True
+    for name, work in goals:
+        solver.parameters.max_deterministic_time = work
+        expression = _expression(task, built, name)
         built.model.minimize(expression)
         status = solver.solve(built.model)
-        if status not in (self._cp_model.OPTIMAL, self._cp_model.FEASIBLE):
-            return False
-        self.proven = self.proven and status == self._cp_model.OPTIMAL
+        proven = proven and status == cp_model.OPTIMAL
+        if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+            break
         provider = {k: o for (k, o), used in built.provides.items() if solver.value(used)}
-        guards = tuple(i for i, used in enumerate(built.guards) if solver.value(used))
-        self.answer = provider, guards
-        self._reached[figure] = round(solver.objective_value)
-        built.model.add(expression <= self._reached[figure])
-        return True
+        answer = provider, tuple(i for i, used in enumerate(built.guards) if solver.value(used))
+        reached.append(round(solver.objective_value))
+        built.model.add(expression <= reached[-1])
+        _hint(built, {v.index: solver.value(v) for v in _variables(built)})
+    return answer, reached, proven
 
 
-def _hint(built: _Model, task: _Task, provider: Mapping[int, int], guards: Sequence[int]) -> None:
-    """Start the next search from a solution."""
-    model, chosen, kept = built.model, set(provider.values()), set(guards)
-    model.clear_hints()
-    for option, variable in enumerate(built.taken):
-        model.add_hint(variable, option in chosen)
-    for k, variable in built.needed.items():
-        model.add_hint(variable, k in provider)
-    for (k, option), variable in built.provides.items():
-        model.add_hint(variable, provider.get(k) == option)
-    for index, variable in enumerate(built.guards):
-        model.add_hint(variable, index in kept)
-    if built.finish is not None:
-        times = _times(task, provider)
-        for k, variable in built.time.items():
-            model.add_hint(variable, times.get(k, 0))
-        model.add_hint(built.finish, max(times[k] for k in task.choice.wanted.values()))
+def _variables(built: _Model) -> list[Any]:
+    times = built.time.values() if built.finish is None else (*built.time.values(), built.finish)
+    each = (*built.taken.values(), *built.needed.values(), *built.provides.values(), *built.guards, *times)
+    return list({variable.index: variable for variable in each}.values())
 
 
-def _times(task: _Task, provider: Mapping[int, int]) -> dict[int, int]:
-    """Return when each class of a solution is there."""
+def _hint(built: _Model, values: Mapping[int, int]) -> None:
+    """Start the next search from values of the variables by their numbers."""
+    built.model.clear_hints()
+    for variable in _variables(built):
+        built.model.add_hint(variable, values[variable.index])
+
+
+def _start(task: _Task, built: _Model, answer: _Answer) -> None:
+    """Start from what another model has found."""
+    provider, guards = answer
+    taken = set(provider.values())
     times: dict[int, int] = {}
-    for wanted in task.choice.wanted.values():
-        todo = [wanted]
-        while todo:
-            k = todo[-1]
-            option = provider[k]
-            operands = task.choice.options[option].operands
-            pending = [operand for operand in operands if operand not in times]
-            if k in times or not pending:
-                times[k] = max((times[operand] for operand in operands), default=0) + task.ticks(option)
-                todo.pop()
-            else:
-                todo += pending
-    return times
+    todo = list(provider)
+    while todo:
+        option = provider[todo[-1]]
+        operands = task.choice.options[option].operands
+        pending = [k for k in operands if k not in times]
+        if not pending:
+            k = todo.pop()
+            times[k] = max((times[each] + task.steps[option] for each in operands), default=0)
+        todo += pending
+    values = {x.index: int(o in taken) for o, x in built.taken.items()}
+    values |= {x.index: int(provider.get(k) == o) for (k, o), x in built.provides.items()}
+    values |= {x.index: int(k in provider) for k, x in built.needed.items()}
+    values |= {x.index: int(i in guards) for i, x in enumerate(built.guards)}
+    values |= {x.index: times.get(k, 0) for k, x in built.time.items()}
+    values[built.finish.index] = max(times[k] for k in task.choice.wanted.values())
+    _hint(built, values)
 
 
-def _build(cp_model: Any, task: _Task, *, timed: bool) -> _Model:
-    choice, model = task.choice, cp_model.CpModel()
-    taken = [model.new_bool_var(f"x{i}") for i in range(len(choice.options))]
-    needed = {k: model.new_bool_var(f"n{k}") for k in choice.providers}
+def _build(task: _Task, *, timed: bool) -> _Model:
+    """Return the model, with the time of each class or only with what order it needs."""
+    from ortools.sat.python import cp_model
+
+    model, choice, providers = cp_model.CpModel(), task.choice, task.left.providers
+    taken = {o: model.new_bool_var(f"x{o}") for o in task.left.options}
+    needed = {k: model.new_bool_var(f"n{k}") for k in providers}
+    circular = set(providers) if timed else _circular(choice, providers)
+    horizon = min(sum(task.steps[o] for o in taken), _LATEST * _STEP) if timed else len(circular)
+    time = {k: model.new_int_var(0, horizon, f"t{k}") for k in providers if k in circular}
     provides = {}
-    for k, makers in choice.providers.items():
+    for k, makers in providers.items():
         for o in makers:
-            provides[k, o] = used = model.new_bool_var(f"p{k}_{o}")
+            used = needed[k] if len(makers) == 1 else model.new_bool_var(f"p{k}_{o}")
+            provides[k, o] = used
             model.add_implication(used, taken[o])
-        model.add(sum(provides[k, o] for o in makers) == needed[k])
-    for o, option in enumerate(choice.options):
-        for operand in set(option.operands):
-            model.add_implication(taken[o], needed[operand])
+            for operand in dict.fromkeys(choice.options[o].operands):
+                if k in time and operand in time:
+                    later = time[operand] + (task.steps[o] if timed else 1)
+                    model.add(time[k] >= later).only_enforce_if(used)
+        if len(makers) != 1:
+            model.add(sum(provides[k, o] for o in makers) == needed[k])
+    for o, used in taken.items():
+        for operand in dict.fromkeys(choice.options[o].operands):
+            model.add_implication(used, needed[operand])
     for k in choice.wanted.values():
         model.add(needed[k] == 1)
     guards = []
@@ -195,60 +211,40 @@ def _build(cp_model: Any, task: _Task, *, timed: bool) -> _Model:
         else:
             model.add_implication(guard, needed[requirement.subject])
         model.add_bool_or([guard, *(provides[pair] for pair in requirement.met_by if pair in provides)])
-    built = _Model(model, taken, needed, provides, guards, {}, None)
-    if timed:
-        _add_times(built, task)
-    else:
-        _add_orders(built, choice)
-    return built
+    finish = model.new_int_var(0, horizon, "finish") if timed else None
+    for k in choice.wanted.values() if timed else ():
+        model.add(finish >= time[k])
+    return _Model(model, taken, needed, provides, time, guards, finish)
 
 
-def _add_times(built: _Model, task: _Task) -> None:
-    """Add the time at which each class is there, and that of the last output."""
-    model, choice = built.model, task.choice
-    horizon = min(sum(task.ticks(o) for o in range(len(choice.options))), 40_000 * _STEP)
-    built.time = time = {k: model.new_int_var(0, horizon, f"t{k}") for k in choice.providers}
-    for (k, o), used in built.provides.items():
-        for operand in choice.options[o].operands:
-            model.add(time[k] >= time[operand] + task.ticks(o)).only_enforce_if(used)
-    built.finish = model.new_int_var(0, horizon, "finish")
-    for k in choice.wanted.values():
-        model.add(built.finish >= time[k])
+def _circular(choice: Alternatives, providers: Mapping[int, Sequence[int]]) -> set[int]:
+    """Return the classes that may depend on themselves, and those between them."""
+    takes = {k: {x for o in makers for x in choice.options[o].operands} for k, makers in providers.items()}
+    left = set(takes)
+    while True:
+        used = {x for k in left for x in takes[k]}
+        inner = {k for k in left & used if not takes[k].isdisjoint(left)}
+        if inner == left:
+            return left
+        left = inner
 
 
-def _add_orders(built: _Model, choice: Alternatives) -> None:
-    """Keep operations from feeding each other in a circle: an order of the classes within each component."""
-    for component in _components(choice):
-        order = {k: built.model.new_int_var(0, len(component), f"o{k}") for k in component}
-        for k in component:
-            for o in choice.providers[k]:
-                for operand in set(choice.options[o].operands) & order.keys():
-                    before = order[k] >= order[operand] + 1
-                    built.model.add(before).only_enforce_if(built.provides[k, o])
-
-
-def _components(choice: Alternatives) -> list[list[int]]:
-    """Return the strongly connected classes, where one may be made from another and the other from it."""
-    import networkx
-
-    graph = networkx.DiGraph()
-    for k, makers in choice.providers.items():
-        graph.add_edges_from((k, operand) for o in makers for operand in choice.options[o].operands)
-    found = [sorted(component) for component in networkx.strongly_connected_components(graph)]
-    loops = {k for k in graph if graph.has_edge(k, k)}
-    return sorted(each for each in found if len(each) > 1 or each[0] in loops)
-
-
-def _figure(task: _Task, built: _Model, figure: str) -> Any:
-    """Return what is minimised as an expression of the model's variables."""
-    pairs = list(zip(built.taken, task.choice.options, task.units, strict=True))
-    match figure:
-        case "standard":
-            return sum(u * x for x, o, u in pairs if u and o.op != "implicit")
+def _expression(task: _Task, built: _Model, name: str) -> Any:
+    """Return what a goal minimises."""
+    options, units, costs = task.choice.options, task.units, task.costs
+    taken = built.taken.items()
+    processors = sum(units[o] * x for o, x in taken if units[o])
+    multipliers = sum(x for o, x in taken if options[o].op == "mul")
+    match name:
         case "processors":
-            return sum(u * x for x, _, u in pairs if u)
+            return processors
         case "multipliers":
-            return sum(x for x, o, _ in pairs if o.op == "mul")
+            return multipliers
+        case "standard":
+            return sum(units[o] * x for o, x in taken if units[o] and options[o].op != "implicit")
+        case "start":
+            # Few CAUs and multipliers are a good start for every goal.
+            return _MULTIPLIERS * processors + multipliers
         case "area":
-            return sum(task.costs.size(o.op, u) * x for x, o, u in pairs) + sum(built.guards)
+            return sum(costs.size(options[o].op, units[o]) * x for o, x in taken) + sum(built.guards)
     return built.finish

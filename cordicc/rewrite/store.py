@@ -476,7 +476,7 @@ class Store:
         if radicand.is_zero:
             return radicand
         whole = field.times(radicand.num, radicand.den)
-        outside = Element(field.one, radicand.den)
+        outside = Element(field.one, radicand.den, radicand.powers)
         if not radicand.is_polynomial and self.poly_sign(radicand.den) == 0:
             raise TooLarge
         if self.poly_sign(radicand.den) < 0:
