@@ -16,7 +16,7 @@ from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
-from cordicc.rewrite.circles import circles, realise
+from cordicc.rewrite.circles import circles, realise, squared_lengths
 from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
@@ -282,9 +282,10 @@ def _add_circles(
     synthesis = Synthesis(store)
     sums = [v for results in moved for v in results if store.node(v).op in _SUMS and _is_angle(store, v)]
     known = _nonzero_factors(store, graph, moved)
+    lengths = squared_lengths(store)
     for angle in dict.fromkeys((*angles, *sums)):
         store.begin(store.node(angle).origin)
-        for circle in circles(store, angle):
+        for circle in circles(store, angle, lengths):
             store.reason = circle_steps(store, angle, circle)
             try:
                 values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
