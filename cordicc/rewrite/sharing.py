@@ -35,8 +35,9 @@ def add_norms(store: Store) -> None:
         if store.element(root) is None or (node.op == "implicit" and store.constant(C) is None):
             continue
         square = store.mul(root, root)
-        if node.op == "implicit":
-            store.add(square, store.mul(C, C))
+        x, y = node.operands[:2]
+        squares = store.add(store.mul(x, x), store.mul(y, y))
+        store.union(store.add(square, store.mul(C, C)) if node.op == "implicit" else square, squares)
 
 
 def add_norm_chains(store: Store) -> None:
