@@ -227,7 +227,7 @@ def _circular(
     for factor in () if nonzero else sorted(facts.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
         yield Requirement(tuple(sorted(met)), None, "nonzero")
-    if op == "implicit" and not real:
+    if op == "implicit" and not real and facts.radicands != {(True, frozenset())}:
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
         yield Requirement(tuple(sorted(met)), None, "nonnegative")

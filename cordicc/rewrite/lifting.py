@@ -70,6 +70,18 @@ class Lifting:
             todo.pop()
         return self._done[value]
 
+    def realise(self, value: Value) -> None:
+        """Add a value as one quotient, if it is a fraction."""
+        ratio, store = self.lift(value), self.store
+        if not ratio.dens:
+            return
+        store.begin(store.node(value).origin)
+        store.reason = ("one quotient, by the product of all denominators",)
+        below = ratio.dens[0]
+        for den in ratio.dens[1:]:
+            below = store.mul(below, den)
+        store.union(value, store.make("vector", (below, ratio.num, store.const(0)), (0, 1))[1])
+
     # -- arithmetic of fractions ------------------------------------------------------------------
 
     def common(self, values: Sequence[Ratio]) -> tuple[list[Value], tuple[Value, ...]]:

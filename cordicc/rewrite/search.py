@@ -14,6 +14,7 @@ from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
+from cordicc.rewrite.angles import add_offsets, add_principal_values, add_sums_of_vectors, add_unit_vectors
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise, squared_lengths
@@ -139,6 +140,10 @@ def search(
     angles = _angles(store)
     _add_circles(store, graphs[0], moved[0], angles)
     add_frames(store)
+    add_principal_values(store)
+    add_unit_vectors(store)
+    add_offsets(store)
+    add_sums_of_vectors(store)
     if lift:
         _lift(store, outputs)
     _add_sums(store)
@@ -338,7 +343,7 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
         Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
     ]:
         for value in outputs.values():
-            lifting.lift(value)
+            lifting.realise(value)
         for index in range(size):
             if store.node(Value(index)).op in ("vector", "lightcone", "implicit"):
                 lifting.lift(Value(index))
