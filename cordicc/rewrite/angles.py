@@ -8,6 +8,7 @@ is the cosine and sine of its angle.
 
 from __future__ import annotations
 
+from cordicc.ir.fold import fold
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import TooLarge
 from cordicc.rewrite.products import turned
@@ -71,8 +72,8 @@ def add_offsets(store: Store) -> None:
         else:
             number = -number if outer.op == "sub" else number
             a, b = store.make("rotate", (x, y, inner), (1,))
-        offset = store.make("rotate", (store.const(1), store.const(0), store.const(number)), (1,))
-        for result, value in enumerate(turned(store, (a, b), (offset[0], offset[1]))):
+        cosine, sine = (store.const(fold(name, (), (number,))) for name in ("cos", "sin"))
+        for result, value in enumerate(turned(store, (a, b), (cosine, sine))):
             store.union(Value(index, result), value)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from cordicc.arith.intervals import Interval
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.angles import add_offsets, add_principal_values, add_sums_of_vectors, add_unit_vectors
@@ -29,6 +30,7 @@ from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
+from cordicc.rewrite.rotors import MOST_TURNS
 from cordicc.rewrite.sharing import add_multiples, add_norm_chains, add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
@@ -197,14 +199,35 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
 def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
     """Copy a graph into the store; a guard's value is that of its operand."""
     moved: list[tuple[Value, ...]] = []
-    for node in graph.nodes:
+    grains = _grains(graph)
+    for index, node in enumerate(graph.nodes):
         store.begin(node.origin)
         operands = [moved[v.node][v.result] for v in node.operands]
         if node.op == "guard":
             moved.append((operands[0],))
         else:
             moved.append(store.make(node.op, operands, node.params))
+        for result, value in enumerate(moved[-1]):
+            share = grains.get(Value(index, result))
+            if share is not None:
+                store.rotors.grain(value, share, store.scale(share, value))
     return moved
+
+
+def _grains(graph: Graph) -> dict[Value, Fraction]:
+    """Return, for values that are turned by in several multiples, the one that all are multiples of."""
+    factors: dict[Value, set[Fraction]] = {}
+    for node in graph.nodes:
+        if node.op == "rotate" and node.params[0] != 0:
+            factor, base = factored(graph.nodes, node.operands[2])
+            if graph.node(base).op not in (*_SUMS, "vector", "implicit", "lightcone", "const", "guard"):
+                factors.setdefault(base, set()).add(abs(factor))
+    found = {}
+    for base, known in factors.items():
+        least = min(known)
+        if len(known) > 1 and all((k / least).denominator == 1 and k <= MOST_TURNS * least for k in known):
+            found[base] = least
+    return found
 
 
 def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
@@ -258,11 +281,23 @@ def _add_forms(store: Store) -> None:
             if store.constant(x) is None and store.constant(y) is None:
                 for result, value in enumerate(turned(store, (x, y), (rotor[0], rotor[1]), m)):
                     store.union(Value(index, result), value)
+            if store.constant(x) == 1 and store.constant(y) == 0:
+                _add_multiple_angle(store, synthesis, index)
         element = store.element(Value(index)) if node.op in ("add", "sub") else None
         poly = None if element is None else store.field.display(element)
         if poly is not None:
             with suppress(TooLarge):
                 synthesis.expanded(poly)
+
+
+def _add_multiple_angle(store: Store, synthesis: Synthesis, index: int) -> None:
+    """Add cosine and sine of a multiple of an angle as polynomials in those of the angle."""
+    for value in (Value(index, 0), Value(index, 1)):
+        element = store.element(value)
+        poly = None if element is None else store.field.display(element)
+        if poly is not None and 1 < poly.total_degree() <= MOST_TURNS:
+            with suppress(TooLarge):
+                store.union(value, synthesis.expanded(poly))
 
 
 def _join_areas(store: Store) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cordicc.arith.intervals import Interval
 from cordicc.arith.intervals import evaluate as enclose
-from cordicc.ir.graph import Node, Param, Value
+from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.conditioning import errors
 from cordicc.rewrite.constants import Constants
@@ -105,6 +105,10 @@ class Store:
     def node(self, value: Value) -> Node:
         """Return the node that makes a value."""
         return self.algebra.nodes[value.node]
+
+    def factored(self, value: Value) -> tuple[Fraction, Value]:
+        """Return (k, v) with value = k v, all constant factors in k."""
+        return factored(self.algebra.nodes, value)
 
     def range(self, value: Value) -> Interval | None:
         """Return the enclosure of a value."""
