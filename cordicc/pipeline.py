@@ -127,7 +127,7 @@ def _assembled(
 ) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan; on fixed point with a binary point for every value."""
     recorded = _recorded(path, options)
-    selection = Selection(choice.searched, choice.proven)
+    selection = Selection(choice.searched, choice.proven, choice.facts)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
         record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}

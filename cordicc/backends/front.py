@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cordicc.backends.svg import INK, MUTED, RULE, Svg, fitted, number, text_width
+from cordicc.backends.palette import INK, MUTED, RULE
+from cordicc.backends.svg import Svg, fitted, number, text_width
 
 _WIDTH, _HEIGHT = 640, 360
 _LEFT, _TOP, _MARGIN = 84, 84, 20

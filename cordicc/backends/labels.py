@@ -65,9 +65,14 @@ def _shift(exponent: str) -> str:
     return f"<< {places}" if places >= 0 else f">> {-places}"
 
 
+def mode(operation: Operation) -> str:
+    """Say which mode of its unit an operation takes."""
+    return (operation.mode or operation.op).replace("branch -", "branch −")
+
+
 def function(operation: Operation) -> str:
     """Say what an operation does, constants of small operations included."""
-    words = operation.mode or operation.op
+    words = mode(operation)
     extra = symbol(operation)
     if operation.kind in CAU_KINDS or not operation.params or extra == words:
         return words

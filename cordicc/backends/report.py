@@ -13,7 +13,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from cordicc.backends import datapath, labels, schedule_chart
-from cordicc.backends.svg import LOOKS, clean
+from cordicc.backends.palette import LOOKS
+from cordicc.backends.svg import clean
 from cordicc.plan import Plan
 
 DASH = "—"

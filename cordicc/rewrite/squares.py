@@ -93,7 +93,9 @@ class Squares:
         store = self._store
         if all(not monomial for monomial in rest):
             return
-        store.reason = ("sqrt(A^2 + w) with w = B^2 - C^2: the second result for B cos t + A sin t = C",)
+        store.reason = (
+            "`sqrt(A**2 + w)` with `w = B**2 - C**2`: the second result for `B*cos(t) + A*sin(t) = C`",
+        )
         own, w = self._sum(base), self._sum(rest)
         usual = float(np.nanmedian(np.abs(store.numbers(w))))
         if not usual > 0:
