@@ -52,11 +52,8 @@ class Point:
     def mark(self) -> Mark:
         """Return the point as it is plotted."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.unit_counts.items())
-        tip = (
-            f"interval {self.initiation_interval}, latency {self.latency}, {self.fifo_words} FIFO words\n"
-            f"{counts}\n{_certificate(self)}"
-        )
-        return Mark(self.processors, self.latency, self.initiation_interval, self.fifo_words, tip)
+        figures = (self.processors, self.latency, self.initiation_interval, self.fifo_words)
+        return Mark(*figures, counts, _certificate(self))
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,7 @@ from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
+from cordicc.typesetting import typeset
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 from cordicc.word_lengths import formats, magnitudes
 
@@ -204,8 +205,13 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
-    renderers = (dump, report.render, datapath.render, schedule_chart.render, script.render)
+    renderers = (dump, report_page, datapath.render, schedule_chart.render, script.render)
     return {name: render(plan) for name, render in zip(ARTEFACTS, renderers, strict=True)}
+
+
+def report_page(plan: Plan, explored: report.Explored | None = None) -> str:
+    """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
+    return report.render(plan, typeset, explored)
 
 
 def picture(plan: Plan, view: str) -> str:
@@ -238,6 +244,7 @@ def _recorded(path: Path, options: Options) -> dict[str, Any]:
         "ii": limits.initiation_interval,
         "max_processors": limits.max_processors,
         "max_latency": limits.max_latency,
+        "certify": options.certify,
     }
 
 

@@ -126,7 +126,7 @@ def _wires(svg: Svg, band: Band, top: float, colours: dict[str, str], *, parts: 
             for (x1, y1), (x2, y2) in wire.segments
             if (x1, y1) != (x2, y2)
         )
-        svg.open(wire.net, fill="none", stroke=colour, stroke_width=1.2)
+        svg.open(wire.net, data_net=wire.net, fill="none", stroke=colour, stroke_width=1.2)
         svg.tag("path", d=path)
         for x, y in wire.dots:
             svg.tag("circle", cx=MARGIN + x, cy=top + y, r=2.4, fill=colour, stroke="none")

@@ -18,13 +18,20 @@ _SIGNS = ("M-5 -5h10v10h-10z", "M0 -6l6 6l-6 6l-6 -6z", "M0 -6l6 11h-12z", "M0 6
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point: processors, latency in cycles, interval in cycles, FIFO words, and its tooltip."""
+    """A point: processors, latency and interval in cycles, FIFO words, its units, and what is proven."""
 
     processors: int
     latency: int
     interval: int
     fifo_words: int
-    tip: str
+    units: str
+    certificate: str
+
+    @property
+    def tip(self) -> str:
+        """Return the tooltip."""
+        figures = f"interval {self.interval}, latency {self.latency}, {self.fifo_words} FIFO words"
+        return f"{figures}\n{self.units}\n{self.certificate}"
 
 
 def render(title: str, marks: Sequence[Mark]) -> str:

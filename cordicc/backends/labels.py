@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from cordicc.backends.palette import LOOKS
 from cordicc.plan import Fifo, Operand, Operation, Plan
 
 SYMBOLS = {
@@ -18,6 +19,11 @@ CAU_KINDS = ("standard", "implicit")
 def kind_rank(kind: str) -> tuple[int, str]:
     """Return the sort key of a unit kind: CAUs first, kinds of a user's target last."""
     return (KIND_ORDER.index(kind) if kind in KIND_ORDER else len(KIND_ORDER), kind)
+
+
+def plain_kind(kind: str) -> str:
+    """Return the name of a kind in words."""
+    return LOOKS[kind].label.partition(",")[0] if kind in LOOKS else kind
 
 
 def constant(text: str) -> str:

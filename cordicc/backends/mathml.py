@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
@@ -33,6 +33,9 @@ _APPLY = "<mo>&#x2061;</mo>"
 _TIMES = "<mo>&#x2062;</mo>"
 _DOT = '<mo lspace="0.15em" rspace="0.15em">⋅</mo>'
 _THIN = '<mspace width="0.17em"/>'
+_SINGLE = ("letter", "tag")
+"""The looks of what a function takes without brackets."""
+
 _LONGEST_NAME = 40
 _MOST_DIGITS = 12
 
@@ -41,8 +44,8 @@ _MOST_DIGITS = 12
 class Formula:
     """A formula: MathML, the same as text, how its outermost operator binds, and what it looks like.
 
-    `look` is `number`, `letter` (one sign, perhaps with an index), `word`, `call` (a function without
-    brackets around its argument) or empty.
+    `look` is `number`, `letter` (one sign, perhaps with an index), `tag` (of an operation), `word`, `call`
+    (a function without brackets around its argument) or empty.
     """
 
     markup: str
@@ -52,7 +55,7 @@ class Formula:
     negated: Formula | None = None
     """What stands after the minus sign, if this is a negation."""
     parts: tuple[str, str] = ("", "")
-    """Function and argument, if the look is that of a call."""
+    """Function and argument of a call; sign and index of a letter that has one."""
 
     def html(self, *, block: bool = False) -> str:
         """Return the formula as a `math` element."""
@@ -97,9 +100,20 @@ def name(text: str) -> Formula:
         base, rest = base[0], base[1]
     index = ",".join(part for part in (rest, tail.strip("_").replace("_", ",")) if part)
     if (len(base) == 1 or base in GREEK) and index:
-        sign = quoted(GREEK.get(base, base))
-        return Formula(f"<msub><mi>{sign}</mi><mtext>{quoted(index)}</mtext></msub>", text, look="letter")
+        return _with_index(GREEK.get(base, base), index, text)
     return Formula(f"<mi>{quoted(shown)}</mi>", text, look="letter" if len(shown) == 1 else "word")
+
+
+def indexed(base: str, index: str) -> Formula:
+    """Return the sign of an operation, with the name of its result as an index if there is one."""
+    if not index:
+        return Formula(f"<mi>{quoted(base)}</mi>", base, look="tag")
+    return replace(_with_index(base, index, f"{base}.{index}"), look="tag")
+
+
+def _with_index(sign: str, index: str, text: str) -> Formula:
+    parts = (f"<mi>{quoted(sign)}</mi>", f"<mtext>{quoted(index)}</mtext>")
+    return Formula(f"<msub>{parts[0]}{parts[1]}</msub>", text, look="letter", parts=parts)
 
 
 def number(value: Fraction | int | str) -> Formula:
@@ -144,7 +158,7 @@ def total(terms: Sequence[Formula], signs: Sequence[int]) -> Formula:
             continue
         if term.negated is not None:  # + -a is - a
             term, sign = term.negated, -sign
-        inner = term.within(SUM if sign > 0 else SIGNED)
+        inner = term.within(SUM if sign > 0 and not term.text.startswith("-") else SIGNED)
         markup += f"<mo>{'+' if sign > 0 else '−'}</mo>{inner.markup}"
         text += f" {'+' if sign > 0 else '-'} {inner.text}"
     return first if len(terms) == 1 else Formula(_row(markup), text, SUM)
@@ -173,11 +187,11 @@ def _times(factors: Sequence[Formula]) -> Formula:
 
 def _between(before: Formula, after: Formula) -> str:
     """Return the sign between two factors: a dot where they would run into one another."""
-    if after.look == "number" or "word" in (before.look, after.look):
+    if after.look == "number" or not {"word", "tag"}.isdisjoint((before.look, after.look)):
         return _DOT
     if before.look == "call" and after.look != "call":
         return _DOT
-    return _TIMES if before.look == "number" else _TIMES + _THIN
+    return _TIMES if before.look == "number" and after.look != "call" else _TIMES + _THIN
 
 
 def quotient(above: Formula, below: Formula) -> Formula:
@@ -195,7 +209,10 @@ def power(base: Formula, exponent: Formula) -> Formula:
         markup = _row(f"<msup>{function}{exponent.markup}</msup>{_APPLY}{argument}")
         return Formula(markup, f"{base.text}**{exponent.within(ATOM).text}", POWER, "call", parts=base.parts)
     inner = base.within(ATOM)
-    markup = f"<msup>{_row(inner.markup)}{_row(exponent.markup)}</msup>"
+    if base.look in _SINGLE and base.parts[1] and base.binding == ATOM:
+        markup = f"<msubsup>{base.parts[0]}{base.parts[1]}{_row(exponent.markup)}</msubsup>"
+    else:
+        markup = f"<msup>{_row(inner.markup)}{_row(exponent.markup)}</msup>"
     return Formula(markup, f"{inner.text}**{exponent.within(ATOM).text}", POWER, "letter")
 
 
@@ -212,7 +229,7 @@ def call(function: str, arguments: Sequence[Formula]) -> Formula:
     if function == "abs" and len(arguments) == 1:
         return Formula(_fenced(arguments[0].markup, "|", "|"), text)
     sign = f"<mi>{quoted(FUNCTION_NAMES.get(function, function))}</mi>"
-    if len(arguments) == 1 and arguments[0].look == "letter" and arguments[0].binding == ATOM:
+    if len(arguments) == 1 and arguments[0].look in _SINGLE and arguments[0].binding == ATOM:
         parts = (sign, f"{_THIN}{arguments[0].markup}")
         return Formula(_row(f"{sign}{_APPLY}{parts[1]}"), text, POWER, "call", parts=parts)
     listed = "<mo>,</mo>".join(argument.markup for argument in arguments)
@@ -231,6 +248,13 @@ def relation(left: Formula, sign: str, right: Formula) -> Formula:
     return Formula(markup, f"{left.text} {sign} {right.text}", 0)
 
 
+def sequence(parts: Sequence[Formula]) -> Formula:
+    """Return formulas and words one after the other."""
+    inner = [part.within(SUM) for part in parts]
+    return Formula(_row("".join(part.markup for part in inner)), "".join(part.text for part in inner), 0)
+
+
 def words(text: str) -> Formula:
     """Return words between formulas."""
-    return Formula(f"<mtext>{quoted(text)}</mtext>", text, look="word")
+    shown = text.replace(" ", "\u00a0")  # spaces at the ends would be dropped
+    return Formula(f"<mtext>{quoted(shown)}</mtext>", text, look="word")
