@@ -9,6 +9,7 @@ from typing import Any
 
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
+from cordicc.backends.diagram import PAGE_WIDTH
 from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput
@@ -42,6 +43,9 @@ from cordicc.word_lengths import formats, magnitudes
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
+
+VIEWS = ("datapath", "schedule", "graph")
+"""What can be drawn of a plan."""
 
 Watch = Callable[[str, Graph], None]
 
@@ -205,8 +209,14 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
-    renderers = (dump, report_page, datapath.render, schedule_chart.render, script.render)
-    return {name: render(plan) for name, render in zip(ARTEFACTS, renderers, strict=True)}
+    texts = (
+        dump(plan),
+        report_page(plan),
+        datapath.render(plan),
+        schedule_chart.render(plan),
+        script.render(plan),
+    )
+    return dict(zip(ARTEFACTS, texts, strict=True))
 
 
 def report_page(plan: Plan, explored: report.Explored | None = None) -> str:
@@ -214,10 +224,11 @@ def report_page(plan: Plan, explored: report.Explored | None = None) -> str:
     return report.render(plan, typeset, explored)
 
 
-def picture(plan: Plan, view: str) -> str:
-    """Return the SVG of a view: datapath, schedule or graph."""
-    views = {"datapath": datapath.render, "schedule": schedule_chart.render, "graph": graph_view.render}
-    return views[view](plan)
+def picture(plan: Plan, view: str, width: float | None = PAGE_WIDTH) -> str:
+    """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
+    if view == "schedule":
+        return schedule_chart.render(plan)
+    return datapath.render(plan, width) if view == "datapath" else graph_view.render(plan, width)
 
 
 def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:

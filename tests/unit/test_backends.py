@@ -6,8 +6,6 @@ import ast
 import re
 import sys
 import xml.etree.ElementTree as ET
-from dataclasses import replace
-from html.parser import HTMLParser
 from itertools import combinations, pairwise
 
 import pytest
@@ -18,7 +16,6 @@ from cordicc.backends import (
     labels,
     layout,
     placing,
-    report,
     routing,
     schedule_chart,
     script,
@@ -28,63 +25,12 @@ from cordicc.backends import (
 )
 from cordicc.backends.diagram import PAGE_WIDTH
 from cordicc.backends.palette import DARK, INK, LOOKS, MUTED, OTHER
-from cordicc.plan import Operand, Operation, Plan, Unit
+from cordicc.plan import Plan
 from tests import plans_for_tests as plans
+from tests.hard_plans import ALL, shared
 
 SVG = "{http://www.w3.org/2000/svg}"
 PICTURES = (datapath, schedule_chart, graph_view)
-HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
-
-
-def shared() -> Plan:
-    """Two operations in flight on one unit at initiation interval 16."""
-    plan = plans.wheel()
-    moved = [
-        replace(op, unit="standard1", start=op.start + 8, finish=op.finish + 8) if op.id == "o6" else op
-        for op in plan.operations
-    ]
-    extra = Operation(
-        "o7", "rotate", {"m": 1}, "standard", "circular rotation", "standard1", 20, 64, ("x", "y", "z"),
-        (Operand("S"), Operand(constant="0"), Operand("S")), (None, None), "spare",
-    )  # fmt: skip
-    return replace(plan, operations=(*moved, extra), initiation_interval=16)
-
-
-def hostile() -> Plan:
-    plan = plans.planar()
-    names = {"x": HOSTILE}
-    operations = tuple(
-        replace(
-            op,
-            mode=HOSTILE,
-            equation=HOSTILE,
-            operands=tuple(replace(o, value=names.get(o.value or "", o.value)) for o in op.operands),
-        )
-        for op in plan.operations
-    )
-    problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
-    problem["inputs"] = [{"name": HOSTILE, "lo": 0, "hi": 1, "unit": HOSTILE}]
-    outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
-    return replace(
-        plan,
-        name=HOSTILE,
-        description=HOSTILE,
-        operations=operations,
-        problem=problem,
-        outputs=outputs,
-        fifos=(),
-    )
-
-
-def empty() -> Plan:
-    """A plan that only passes an input on."""
-    return plans.Builder("wire", {"x": (0, 1)}).plan({"y": "x", "k": 0.5})
-
-
-ALL = {
-    "wheel": plans.wheel(), "planar": plans.planar(), "puma": plans.puma(), "shared": shared(),
-    "hostile": hostile(), "empty": empty(),
-}  # fmt: skip
 
 
 @pytest.fixture(params=ALL, ids=str)
@@ -379,81 +325,6 @@ class TestLabels:
             ["op.o4", "op.o6"],
             ["op.o7"],
         ]
-
-
-class _Page(HTMLParser):
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.ids: list[str] = []
-        self.links: list[str] = []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.ids += [value for name, value in attrs if name == "id"]
-        self.links += [value for name, value in attrs if name in ("src", "href")]
-
-
-class TestReport:
-    def test_self_contained(self, plan):
-        page = _Page()
-        page.feed(report.render(plan))
-        assert page.tags.count("svg") == 2
-        assert "script" not in page.tags
-        assert page.links == []
-        assert len(page.ids) == len(set(page.ids))
-
-    def test_deterministic(self, plan):
-        assert report.render(plan) == report.render(plan)
-
-    def test_says_what_is_known(self):
-        plan = plans.planar()
-        plan = replace(
-            plan,
-            accuracy={
-                "theta1": {
-                    "bound": {"value": 2e-6, "where": "|C| < 0.9 R", "share_of_samples": 0.5},
-                    "observed": {"max": 1e-6, "rms": 1e-7},
-                },
-                "theta2": {"bound": None, "observed": {"max": None, "rms": None}},
-            },
-        )
-        text = report.render(plan)
-        for part in (
-            "proven optimal",
-            "not proven optimal; at least 27, gap 15.6%",
-            "2.000e-06",
-            "|C| &lt; 0.9 R, 0.5 of the samples",
-            "r2 = x**2 + y**2",
-            "x = 0.1 &amp; y &lt; 0",
-            "cordicc compile planar-2r.yaml --target kinematic --units auto --ii 1",
-        ):
-            assert part in text
-        assert text.count('<td class="n">—</td>') == 3
-
-    @pytest.mark.parametrize(
-        ("target", "text", "shown"),
-        [
-            ("r", "x + 1", "r = x + 1"),
-            ("r", "r = x", "r = x"),
-            ("t", "solve a*cos(t) = c for t", "solve a*cos(t) = c for t"),
-            ("t", "a*cos(t) = c", "a*cos(t) = c    for t"),
-        ],
-    )
-    def test_equations_name_what_they_define(self, target, text, shown):
-        assert report._equation(target, text) == shown
-
-    def test_tables_are_complete(self):
-        plan = plans.puma()
-        text = report.render(plan)
-        for item in (*plan.operations, *plan.fifos):
-            assert f'<th scope="row">{item.id}</th>' in text
-
-    def test_units_of_an_unknown_kind(self):
-        plan = plans.planar()
-        plan = replace(plan, units=(*plan.units, Unit("d1", "divider", 9)))
-        assert '<th scope="row">divider</th>' in report.render(plan)
-        assert "idle" in schedule_chart.render(plan)
 
 
 class TestScript:
