@@ -37,12 +37,12 @@ class Picture:
         return self.svg
 
     def converted(self, suffix: str) -> str | bytes:
-        """Return the picture in the format of a file name's end: `.svg`, `.png` or `.pdf`.
+        """Return the picture in the format of a file name's end: `.svg`, `.png`, `.pdf`; none means SVG.
 
         Raises:
             InvalidInput: another suffix (E651), or what PNG and PDF take is not installed (E650).
         """
-        kind = suffix.removeprefix(".").lower()
+        kind = suffix.removeprefix(".").lower() or "svg"
         if kind not in raster.FORMATS:
             message = f"pictures are written as .{', .'.join(raster.FORMATS)}, not '{suffix}'"
             raise InvalidInput([Diagnostic("E651", message)])

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cordicc.backends.palette import INK, MUTED, RULE
+from cordicc.backends.palette import INK, MUTED, RULE, SERIES
 from cordicc.backends.svg import Svg, fitted, number, text_width
 
 _WIDTH, _HEIGHT = 640, 360
 _LEFT, _TOP, _MARGIN = 84, 84, 20
 _SIDE = 18.0
 _SIZE = 9.0
-_COLOURS = ("#1f5d96", "#9a4f00", "#2f7030", "#72418a", "#80660a", "#454c54")
 _SIGNS = ("M-5 -5h10v10h-10z", "M0 -6l6 6l-6 6l-6 -6z", "M0 -6l6 11h-12z", "M0 6l6 -11h-12z")
 
 
@@ -75,7 +74,7 @@ def render(title: str, marks: Sequence[Mark]) -> str:
 
 
 def _look(index: int) -> tuple[str, str]:
-    return _COLOURS[index % len(_COLOURS)], _SIGNS[index % len(_SIGNS)]
+    return SERIES[index % len(SERIES)], _SIGNS[index % len(_SIGNS)]
 
 
 def _label(svg: Svg, text: str, x: float, y: float, taken: list[tuple[float, float, float, float]]) -> None:

@@ -23,7 +23,12 @@
     return found;
   }
 
-  function show(box) {
+  function show(box, at) {
+    if (at) {
+      // In the other half of the window, so that it does not cover what it is about.
+      const place = at.getBoundingClientRect();
+      panel.classList.toggle("above", place.top + place.height / 2 > innerHeight / 2);
+    }
     if (box === selected) return;
     selected = box;
     const up = box ? reached(box, before) : new Set();
@@ -70,9 +75,9 @@
     show(null);
   }
 
-  function pin(box) {
-    pinned = !(pinned && selected === box);
-    if (pinned) show(box);
+  function pin(element) {
+    pinned = !(pinned && selected === boxOf(element));
+    if (pinned) show(boxOf(element), element);
     else show(null);
   }
 
@@ -87,13 +92,13 @@
       element.setAttribute("tabindex", index === 0 ? "0" : "-1");
       element.setAttribute("aria-label", title ? title.textContent.replaceAll("\n", ", ") : boxOf(element));
       title?.remove();
-      element.addEventListener("pointerenter", () => pinned || show(boxOf(element)));
+      element.addEventListener("pointerenter", () => pinned || show(boxOf(element), element));
       element.addEventListener("pointerleave", () => pinned || show(null));
-      element.addEventListener("click", () => pin(boxOf(element)));
+      element.addEventListener("click", () => pin(element));
       element.addEventListener("focus", () => {
         if (!element.matches(":focus-visible")) return;
         pinned = false;
-        show(boxOf(element));
+        show(boxOf(element), element);
       });
       element.addEventListener("blur", () => pinned || show(null));
       element.addEventListener("keydown", (event) => {
@@ -101,7 +106,7 @@
         let goal = index + (steps[event.key] ?? 0);
         if (event.key === "Home") goal = 0;
         if (event.key === "End") goal = elements.length - 1;
-        if (event.key === "Enter" || event.key === " ") pin(boxOf(element));
+        if (event.key === "Enter" || event.key === " ") pin(element);
         else if (goal === index || !elements[goal]) return;
         else {
           element.setAttribute("tabindex", "-1");
