@@ -8,10 +8,11 @@ factors is 0; a radicand keeps its sign when squares are taken out.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.field import Poly, TooLarge, monic
+from cordicc.rewrite.field import Element, Poly, TooLarge, monic
 from cordicc.rewrite.options import Alternatives, Option
 from cordicc.rewrite.store import Store
 
@@ -70,25 +71,36 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
 
 
 def circle_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None:
-    """Return what a circular vectoring or implicit operation demands; None if it cannot be told."""
-    elements = [store.element(v) for v in values]
-    count = 2 if op == "vector" else 3
-    known = [e for e in elements[:count] if e is not None]
-    if len(known) < count:
-        return None
-    ring = store.field
+    """Return what a circular vectoring or implicit operation demands; None if it cannot be told.
+
+    Without the radicand where that alone cannot be told.
+    """
+    nonzero = nonzero_factors(store, values[:2])
+    if nonzero is None or op == "vector":
+        return None if nonzero is None else Facts(nonzero)
+    ring, radicand = store.field, None
+    size, C = _square_sum(store, values[:2]), store.element(values[2])
+    if size is not None and C is not None:
+        with suppress(TooLarge):
+            rest = ring.sub(size, ring.mul(C, C))
+            radicand = radicand_of(store, ring.times(rest.num, rest.den))
+    return Facts(nonzero, frozenset() if radicand is None else frozenset([radicand]))
+
+
+def nonzero_factors(store: Store, vector: Sequence[Value]) -> frozenset[str] | None:
+    """Return the factors that are not 0 where a vector is not; None if they cannot be told."""
     try:
-        size = ring.add(ring.mul(known[0], known[0]), ring.mul(known[1], known[1]))
-        nonzero = factors_of(store, size.num)
-        if nonzero is None:
-            return None
-        if op == "vector":
-            return Facts(nonzero)
-        rest = ring.sub(size, ring.mul(known[2], known[2]))
-        radicand = radicand_of(store, ring.times(rest.num, rest.den))
+        size = _square_sum(store, vector)
     except TooLarge:
         return None
-    return None if radicand is None else Facts(nonzero, frozenset([radicand]))
+    return None if size is None else factors_of(store, size.num)
+
+
+def _square_sum(store: Store, vector: Sequence[Value]) -> Element | None:
+    x, y = (store.element(v) for v in vector)
+    if x is None or y is None:
+        return None
+    return store.field.add(store.field.mul(x, x), store.field.mul(y, y))
 
 
 def proven(store: Store, op: str, operands: Sequence[Value]) -> tuple[bool, bool]:
@@ -165,7 +177,8 @@ def _of_node(
     operands: Sequence[Value],
     results: Sequence[Value],
 ) -> Iterable[Requirement]:
-    wanted = [choice.class_of(v) for v in results]
+    alike = [other for v in results for other in store.domains.get(v, ())]
+    wanted = [choice.class_of(v) for v in (*results, *alike)]
     same = tuple(
         (k, number)
         for number, option, _ in offers
@@ -207,7 +220,7 @@ def _circular(
 ) -> Iterable[Requirement]:
     nonzero, real = proven(store, op, operands)
     facts = circle_facts(store, op, operands)
-    if facts is None:
+    if facts is None or (op == "implicit" and not facts.radicands and not real):
         if not (nonzero and real):
             yield Requirement(same, None, "any")
         return

@@ -50,6 +50,7 @@ class Lifting:
         self._angles = angles
         self._own = own or {}
         self._done: dict[Value, Ratio] = {}
+        self._open: set[Value] = set()
 
     def lift(self, value: Value) -> Ratio:
         """Return a value as a fraction."""
@@ -124,7 +125,7 @@ class Lifting:
             return ratio
         store = self.store
         element = store.element(value)
-        if element is None:
+        if element is None or not store.is_transparent(element):
             return ratio
         for count in range(len(ratio.dens)):
             poly = store.field.display(element)
@@ -209,6 +210,16 @@ class Lifting:
 
     def rotor(self, angle: Value) -> tuple[Ratio, Ratio]:
         """Return cosine and sine of an angle as fractions.  Raises TooLarge."""
+        if angle in self._open:
+            # The equation that would give them is made of them.
+            raise TooLarge
+        self._open.add(angle)
+        try:
+            return self._rotor(angle)
+        finally:
+            self._open.remove(angle)
+
+    def _rotor(self, angle: Value) -> tuple[Ratio, Ratio]:
         store = self.store
         node = store.node(angle)
         match node.op:

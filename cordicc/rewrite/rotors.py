@@ -10,6 +10,8 @@ from cordicc.ir.graph import Node, Value
 from cordicc.rewrite.constants import Constants, Rotor
 from cordicc.rewrite.field import Element, TooLarge
 
+_UNITS = ("vector", "implicit", "lightcone")
+
 
 class Known(Protocol):
     """What is known about values."""
@@ -28,6 +30,10 @@ class Known(Protocol):
 
     def element(self, value: Value) -> Element | None:
         """Return a value as an element."""
+        ...
+
+    def reopened(self, index: int) -> bool:
+        """Find the results of a node anew from simpler operands; tell whether they could be made simpler."""
         ...
 
 
@@ -58,10 +64,7 @@ class Rotors:
         """Return cosine and sine of an angle, None where they are too large."""
         if (value, m) not in self._rotors:
             before, self.field.touched = self.field.touched, set()
-            try:
-                self._rotors[value, m] = self._rotor(value, m)
-            except (TooLarge, ZeroDivisionError):
-                self._rotors[value, m] = None
+            self._rotors[value, m] = self._found(value, m)
             self._touched[value, m], self.field.touched = frozenset(self.field.touched), before
         self.field.touched |= self._touched[value, m]
         return self._rotors[value, m]
@@ -69,6 +72,21 @@ class Rotors:
     def known_rotor(self, value: Value) -> Rotor | None:
         """Return the circular rotor of an angle for which it was asked before."""
         return self._rotors.get((value, 1))
+
+    def forget(self, index: int) -> None:
+        """Forget the rotors of a node's results, whose operands have changed."""
+        for key in [key for key in self._rotors if key[0].node == index]:
+            del self._rotors[key], self._touched[key]
+
+    def _found(self, value: Value, m: int) -> Rotor | None:
+        while True:
+            try:
+                return self._rotor(value, m)
+            except TooLarge:
+                if self._known.node(value).op not in _UNITS or not self._known.reopened(value.node):
+                    return None
+            except ZeroDivisionError:
+                return None
 
     def _rotor(self, value: Value, m: int) -> Rotor | None:
         node, field = self._known.node(value), self.field

@@ -17,17 +17,18 @@ from cordicc.ir.problem import Problem
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise
-from cordicc.rewrite.conditions import circle_facts, proven, requirements
+from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
 from cordicc.rewrite.extraction import extract
 from cordicc.rewrite.field import Field, TooLarge
+from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.lifting import Lifting
 from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
-from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
+from cordicc.rewrite.sharing import add_multiples, add_norm_chains, add_norms, add_orders, add_pairs
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
@@ -41,6 +42,9 @@ _DRAWN = 6_000
 _GENERATORS = 120
 _NODES = 400
 _SUBSETS = 16
+_OPAQUE = 16
+"""Values that may become generators because what they are made of is too large."""
+
 _WORSE = (16.0, 12.0, 8.0, 4.0)
 """How many times the error bound of a value in the realisation of the passes an operation is allowed."""
 
@@ -119,9 +123,13 @@ def search(
     store = Store(field, ranges, points)
     _name_constants(store, graphs)
     _assume(store, problem)
+    store.opaque_left = _OPAQUE
     moved = [_import(store, graphs[0])]
     certain = len(store.algebra.nodes)
     moved += [_import(store, graph) for graph in graphs[1:]]
+    for angle in _angles(store):
+        store.rotors.rotor(angle)
+    store.opaque_left = 0
     outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
     for graph, values in zip(graphs[1:], moved[1:], strict=True):
         for name, value in graph.outputs.items():
@@ -130,10 +138,12 @@ def search(
     _add_forms(store)
     angles = _angles(store)
     _add_circles(store, graphs[0], moved[0], angles)
+    add_frames(store)
     if lift:
         _lift(store, outputs)
     _add_sums(store)
     add_norms(store)
+    add_norm_chains(store)
     for graph, values in zip(graphs, moved, strict=True):
         add_squares(store, graph, values)
     add_halves(store, graphs[0], moved[0])
@@ -164,14 +174,18 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
     inputs = count.get("input", 0) // len(graphs)
     turned = len({n.operands[2] for g in graphs for n in g.nodes if n.op == "rotate"})
-    roots = 6 + sum(
-        1
-        for n in graphs[0].nodes
-        if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+    roots = (
+        6
+        + _OPAQUE // 2
+        + sum(
+            1
+            for n in graphs[0].nodes
+            if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+        )
     )
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
     opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
-    free = inputs + 2 * pairs + opaque
+    free = inputs + 2 * pairs + opaque + _OPAQUE
     return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
 
 
@@ -274,9 +288,9 @@ def _add_circles(
             store.reason = circle_steps(store, angle, circle)
             try:
                 values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
-                facts = circle_facts(store, "implicit", values)
+                factors = nonzero_factors(store, values[:2])
                 nonzero = proven(store, "implicit", values)[0]
-                if not nonzero and (facts is None or not facts.nonzero <= known):
+                if not nonzero and (factors is None or not factors <= known):
                     continue
                 made = realise(store, *values)
             except TooLarge:
@@ -293,9 +307,9 @@ def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ..
         if node.op in ("vector", "implicit") and node.params[0] == 1:
             if node.op == "vector" and Value(index, 1) not in used:
                 continue
-            facts = circle_facts(store, node.op, [moved[v.node][v.result] for v in node.operands])
-            if facts is not None:
-                found |= facts.nonzero
+            found |= (
+                nonzero_factors(store, [moved[v.node][v.result] for v in node.operands[:2]]) or frozenset()
+            )
     return found
 
 

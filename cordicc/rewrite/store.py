@@ -8,7 +8,6 @@ its cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), as elements
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
@@ -25,6 +24,11 @@ from cordicc.rewrite.rotors import Rotors
 
 _LOOKUP_TERMS = 300
 _SUM_TERMS = 40
+
+_LONG = 8
+"""Terms of the longest elements that are not worth a generator of their own."""
+
+_LINEAR = ("add", "sub", "neg", "cmul", "shift")
 
 
 class Store:
@@ -55,6 +59,11 @@ class Store:
         self._sums: list[tuple[Value, Poly]] = []
         self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
+        self._opaque: dict[Value, Element] = {}
+        self.opaque_left = 0
+        self.turns: list[tuple[Value, Value]] = []
+        self.angles: set[Value] = set()
+        self.domains: dict[Value, list[Value]] = {}
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -140,6 +149,21 @@ class Store:
         a, b = self.find(a), self.find(b)
         if a != b:
             self._parent[max(a, b)] = min(a, b)
+
+    def same_turn(self, angle: Value, total: Value) -> None:
+        """Record that a sum of angles equals an angle modulo 2 pi."""
+        self.turns.append((angle, total))
+        todo = [angle, total]
+        while todo:
+            value = todo.pop()
+            if value not in self.angles:
+                self.angles.add(value)
+                node = self.node(value)
+                todo += node.operands if node.op in ("add", "sub", "neg") else ()
+
+    def same_domain(self, angle: Value, other: Value) -> None:
+        """Record that the unit of one angle has a value exactly where that of another has."""
+        self.domains.setdefault(angle, []).append(other)
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
@@ -256,10 +280,76 @@ class Store:
             moved = [self.error(v) for v in node.operands]
             self._errors.append(errors(node.op, node.params, operands, moved, made))
         self._elements.append((None,) * width)
-        with suppress(TooLarge, ZeroDivisionError):
-            self._elements[index] = self._element(index, node)
+        self._annotate_elements(index)
         for result in range(width):
             self._register(Value(index, result), node)
+
+    def _annotate_elements(self, index: int) -> None:
+        """Find the elements of a node's results; parts that make them too large become generators."""
+        node = self.algebra.nodes[index]
+        while True:
+            self._elements[index] = (None,) * len(node.definition.results)
+            try:
+                self._elements[index] = self._element(index, node)
+            except TooLarge:
+                if self.simplified(index):
+                    continue
+            except ZeroDivisionError:
+                pass
+            return
+
+    def simplified(self, index: int) -> bool:
+        """Make long values that a node is made of generators of their own; tell whether there were any.
+
+        What they are made of is no longer seen then, but what is found without it holds whatever they are.
+        """
+        values = sorted(self._long_parts(index))[: self.opaque_left]
+        changed = {value.node for value in values}
+        for value in values:
+            self.opaque_left -= 1
+            made = list(self._elements[value.node])
+            made[value.result] = self._opaque.setdefault(self.find(value), self._new_free(value))
+            self._elements[value.node] = tuple(made)
+        for later in range(min(changed, default=index), index):
+            node = self.algebra.nodes[later]
+            if not changed.isdisjoint(v.node for v in node.operands):
+                changed.add(later)
+                self.rotors.forget(later)
+                self._annotate_elements(later)
+            if later in changed:
+                for result in range(len(node.definition.results)):
+                    self._register(Value(later, result), node)
+        return bool(values)
+
+    def reopened(self, index: int) -> bool:
+        """Find the elements of a node anew from simpler operands; tell whether they could be made simpler."""
+        if not self.simplified(index):
+            return False
+        self._annotate_elements(index)
+        return True
+
+    def is_transparent(self, element: Element) -> bool:
+        """Tell whether an element holds no value that was made a generator of its own."""
+        made = {next(self.field.generators(known.num)) for known in self._opaque.values()}
+        return made.isdisjoint(self.field.generators(element.num, element.den))
+
+    def _long_parts(self, index: int) -> set[Value]:
+        """Return long factors of products that a node adds up, or its long operands."""
+        node = self.algebra.nodes[index]
+        found: set[Value] = set()
+        todo = [Value(index)] if node.op in (*_LINEAR, "mul") else list(node.operands)
+        while todo:
+            inner = self.node(todo.pop())
+            if inner.op in _LINEAR:
+                todo += inner.operands
+            elif inner.op == "mul":
+                todo += [v for v in inner.operands if self.node(v).op == "mul"]
+                found |= {v for v in inner.operands if self.node(v).op != "mul" and self._is_long(v)}
+        return found or {v for v in node.operands if self._is_long(v)}
+
+    def _is_long(self, value: Value) -> bool:
+        element = self.element(value)
+        return element is not None and len(element.num) + len(element.den) > _LONG
 
     def _register(self, value: Value, node: Node) -> None:
         shape = (node.op, node.params, tuple(self.find(v) for v in node.operands), value.result)
@@ -268,10 +358,7 @@ class Store:
         if element is None or len(element.num) > _LOOKUP_TERMS:
             return
         self.union(value, self._by_key.setdefault(element.key, value))
-        sign = self.sign(value) * self.poly_sign(element.den)
-        factor, base = monic(element.num)
-        if sign and factor:
-            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
+        self._know_sign(element, self.sign(value))
         poly = self.field.display(element)
         if poly is None:
             return
@@ -283,6 +370,13 @@ class Store:
             if 1 < len(poly) <= _SUM_TERMS:
                 rest = poly - self.field.number(constant).num
                 self._sums.append((value, rest / rest.leading_coefficient()))
+
+    def _know_sign(self, element: Element, sign: int) -> None:
+        """Note the sign of the numerator of an element that has one, if its denominator has one."""
+        factor, base = monic(element.num)
+        sign *= self.poly_sign(element.den) if sign else 0
+        if sign and factor:
+            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
 
     def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
         field = self.field
@@ -357,6 +451,8 @@ class Store:
             quotient = field.div(y, x)
             return x, field.add(z, field.scale(Fraction(sign), quotient))
         squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
+        if m == 1:
+            self._know_sign(squares, 1)
         return self.square_root(squares, None), None
 
     def _sign_element(self, value: Value) -> Element:
@@ -380,7 +476,7 @@ class Store:
         if radicand.is_zero:
             return radicand
         whole = field.times(radicand.num, radicand.den)
-        outside = Element(field.one, radicand.den)
+        outside = Element(field.one, radicand.den, radicand.powers)
         if not radicand.is_polynomial and self.poly_sign(radicand.den) == 0:
             raise TooLarge
         if self.poly_sign(radicand.den) < 0:
