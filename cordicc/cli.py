@@ -287,13 +287,36 @@ def _plan_or_problem(path: Path) -> Plan:
     show_default=True,
     help="What to draw.",
 )
-@click.option("-o", "--output", type=_FILE, metavar="FILE.svg", help="Write here instead of stdout.")
-def draw(plan: Path, view: str, output: Path | None) -> None:
-    """Draw a plan.json as SVG."""
-    from cordicc.api import load_plan
-    from cordicc.pipeline import picture
+@click.option(
+    "--width",
+    type=click.IntRange(min=0),
+    default=1240,
+    show_default=True,
+    metavar="PIXELS",
+    help="Fold datapath and graph into rows about so wide; 0: one row.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=_FILE,
+    metavar="FILE.svg|png|pdf",
+    help="Write here instead of stdout; PNG and PDF take 'cordicc[pictures]'.",
+)
+def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
+    """Draw a plan.json as SVG, PNG or PDF.
 
-    _write_or_print(output if output is not None else Path("-"), picture(load_plan(plan), view))
+    \b
+    cordicc draw build/arm/plan.json -o arm.svg
+    cordicc draw build/arm/plan.json --view schedule -o arm.pdf
+    """  # noqa: D301
+    from cordicc.api import load_plan
+    from cordicc.files import write_file
+
+    picture = load_plan(plan).picture(view, width or None)
+    if output is None or str(output) == "-":
+        click.echo(picture.svg, nl=False)
+    else:
+        write_file(output, picture.converted(output.suffix))
 
 
 @main.command()

@@ -33,7 +33,14 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     outputs = functional_run.run(plan, machine_of(plan), inputs)
     comparison = compare(plan, inputs, outputs)
     figures = {
-        name: {"bound": None, "observed": {"max": seen.max, "rms": seen.rms}}
+        name: {
+            "bound": None,
+            "observed": {
+                "max": seen.max,
+                "rms": seen.rms,
+                "histogram": [[least, count] for least, count in seen.histogram],
+            },
+        }
         for name, seen in comparison.observed.items()
     }
     warnings = []

@@ -9,6 +9,7 @@ from typing import Any
 
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
+from cordicc.backends.diagram import PAGE_WIDTH
 from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput
@@ -36,11 +37,15 @@ from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
+from cordicc.typesetting import typeset
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 from cordicc.word_lengths import formats, magnitudes
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
+
+VIEWS = ("datapath", "schedule", "graph")
+"""What can be drawn of a plan."""
 
 Watch = Callable[[str, Graph], None]
 
@@ -127,7 +132,7 @@ def _assembled(
 ) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan; on fixed point with a binary point for every value."""
     recorded = _recorded(path, options)
-    selection = Selection(choice.searched, choice.proven)
+    selection = Selection(choice.searched, choice.proven, choice.facts)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
         record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
@@ -204,14 +209,26 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
-    renderers = (dump, report.render, datapath.render, schedule_chart.render, script.render)
-    return {name: render(plan) for name, render in zip(ARTEFACTS, renderers, strict=True)}
+    texts = (
+        dump(plan),
+        report_page(plan),
+        datapath.render(plan),
+        schedule_chart.render(plan),
+        script.render(plan),
+    )
+    return dict(zip(ARTEFACTS, texts, strict=True))
 
 
-def picture(plan: Plan, view: str) -> str:
-    """Return the SVG of a view: datapath, schedule or graph."""
-    views = {"datapath": datapath.render, "schedule": schedule_chart.render, "graph": graph_view.render}
-    return views[view](plan)
+def report_page(plan: Plan, explored: report.Explored | None = None) -> str:
+    """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
+    return report.render(plan, typeset, explored)
+
+
+def picture(plan: Plan, view: str, width: float | None = PAGE_WIDTH) -> str:
+    """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
+    if view == "schedule":
+        return schedule_chart.render(plan)
+    return datapath.render(plan, width) if view == "datapath" else graph_view.render(plan, width)
 
 
 def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
@@ -238,6 +255,7 @@ def _recorded(path: Path, options: Options) -> dict[str, Any]:
         "ii": limits.initiation_interval,
         "max_processors": limits.max_processors,
         "max_latency": limits.max_latency,
+        "certify": options.certify,
     }
 
 

@@ -85,7 +85,7 @@ def add_chains(store: Store) -> None:
                 known = rotors.get(store.find(turn))
                 if known is not None:
                     products.setdefault((store.find(u), known[0]), {})[known[1]] = Value(index)
-    store.reason = ("u cos t and u sin t as one rotation of (u, 0)",)
+    store.reason = ("`u*cos(t)` and `u*sin(t)` as one rotation of `[u, 0]`",)
     for (u, angle), values in products.items():
         if len(values) == 2:
             store.begin(store.node(values[0]).origin)

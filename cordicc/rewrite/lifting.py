@@ -24,7 +24,7 @@ _MOST = 8
 
 _REASONS = {
     "vector": ("both arguments multiplied by their positive common denominator: the angle stays",),
-    "implicit": ("A, B and C multiplied by their positive common denominator: the angle stays",),
+    "implicit": ("`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",),
     "rotate": ("cosine and sine of the angle as fractions of what its unit yields: no rotation",),
 }
 

@@ -415,6 +415,11 @@ def _add_sums(store: Store) -> None:
                         _add_sum(store, r, whole, p, q, sign, rest[0])
 
 
+def _quarters(count: int) -> str:
+    """Write a positive number of quarter turns."""
+    return "pi" if count == 2 else f"{count}*pi/2" if count > 1 else "pi/2"
+
+
 def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, rest: Any) -> None:
     """Make r = whole (p + sign q + constant) if the constant is a multiple of a quarter turn."""
     from cordicc.ir.fold import PI
@@ -424,10 +429,11 @@ def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, 
         return
     store.begin(store.node(r).origin)
     names = [name_of(store, v) for v in (r, p, q)]
-    minus = "-" if whole == -1 else ""
     middle = "+" if sign == 1 else "-"
-    right = f"{minus}({names[1]} {middle} {names[2]} + {round(quarters)} pi/2)"
-    store.reason = (f"{names[0]} = {right}: both sides have one cosine and sine",)
+    turned = f" {'+' if quarters > 0 else '-'} {_quarters(abs(round(quarters)))}" if round(quarters) else ""
+    right = f"{names[1]} {middle} {names[2]}{turned}"
+    whole_right = f"-({right})" if whole == -1 else right
+    store.reason = (f"`{names[0]} = {whole_right}`: both sides have the same cosine and sine",)
     total = store.make("add" if sign == 1 else "sub", (p, q))[0]
     total = store.add(total, store.const(PI / 2 * round(quarters)))
     if whole == -1:

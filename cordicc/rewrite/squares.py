@@ -98,7 +98,9 @@ class Squares:
         # The unit's error is one of B and C, not of the root: small roots would lose their digits.
         if all(not monomial for monomial in rest) or not np.nanmin(size) > _LEAST * np.nanmax(size):
             return
-        store.reason = ("sqrt(A^2 + w) with w = B^2 - C^2: the second result for B cos t + A sin t = C",)
+        store.reason = (
+            "`sqrt(A**2 + w)` with `w = B**2 - C**2`: the second result for `B*cos(t) + A*sin(t) = C`",
+        )
         own, w = self._sum(base), self._sum(rest)
         usual = float(np.nanmedian(np.abs(store.numbers(w))))
         if not usual > 0:
