@@ -104,7 +104,7 @@ def test_leaves_differences_of_equals_open() -> None:
 
 
 def test_ties() -> None:
-    """Halfway between two doubles no error radius tells the next one; without a radius, the even one is it."""
+    """No error radius tells on which side of a tie a number is; without a radius, the even double is next."""
     exact = graph_of("mul")
     inputs = {"x0": np.array([1 + 2.0**-52, 1 + 3 * 2.0**-52]), "x1": np.array([1.5, 1.5])}
     results, decided = balls.evaluate(exact, inputs, 2)
