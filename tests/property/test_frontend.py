@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cordicc.diagnostics import InvalidInput, Source
-from cordicc.frontend.codes import CODES
+from cordicc.codes import CODES
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.load import parse_problem
 from cordicc.frontend.syntax import (
