@@ -31,7 +31,7 @@ from cordicc.certify.boxes import Boxes
 from cordicc.certify.certificate import Bound
 from cordicc.certify.climb import climb
 from cordicc.certify.network import Network, network
-from cordicc.certify.plans import UNIT_PROGRAM, bounds_of
+from cordicc.certify.plans import bounds_of
 from cordicc.certify.predicates import inside
 from cordicc.certify.sweep import errors, forward
 from cordicc.emulate import functional, sampling
@@ -39,6 +39,7 @@ from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan import Plan
+from cordicc.record import UNIT_PROGRAM
 
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
 LEAST_SHARE = 0.99

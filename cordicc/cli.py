@@ -253,7 +253,7 @@ def simulate(
         _write_or_print(vcd, waveform.render(run.plan, first))
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
-            _tell([Diagnostic("W615", message, hint="--vcd-samples", severity=Severity.WARNING)])
+            _tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
     run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report))
 
 

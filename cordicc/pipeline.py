@@ -1,22 +1,22 @@
-"""The compiler, stage by stage."""
+"""The compiler, stage by stage.
+
+What not every run needs (bounds, fixed-point formats, pictures) is imported where it is used, for a quick
+start.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cordicc.arith.fixed_system import FixedSystem
-from cordicc.backends import datapath, graph_view, report, schedule_chart, script
-from cordicc.backends.diagram import PAGE_WIDTH
-from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
-from cordicc.guard_bits import fewest_guard_bits
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
@@ -26,7 +26,7 @@ from cordicc.observation import DEFAULT_SEED, machine_of, observe
 from cordicc.plan import Plan, Selection
 from cordicc.plan_check import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
-from cordicc.record import problem_data
+from cordicc.record import UNIT_PROGRAM, problem_data
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.costs import Costs
@@ -37,9 +37,10 @@ from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
-from cordicc.typesetting import typeset
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
-from cordicc.word_lengths import formats, magnitudes
+
+if TYPE_CHECKING:
+    from cordicc.backends.report import Explored
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
@@ -92,6 +93,8 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
     plan, more = observe(planned.plan)
     fixed_point = isinstance(machine_of(plan).system, FixedSystem)
     if fixed_point if options.certify is None else options.certify:
+        from cordicc.certify.plans import bounds_of, with_bounds
+
         plan = with_bounds(plan, bounds_of(plan, allowed_errors(plan.problem)))
     return Compiled(plan, (*planned.warnings, *more))
 
@@ -146,6 +149,9 @@ def _assembled(
             selection=selection,
         )
         return checked(plan), warnings
+    from cordicc.guard_bits import fewest_guard_bits
+    from cordicc.word_lengths import formats, magnitudes
+
     held = magnitudes(loaded.problem, loaded.source, graph)
     warnings = (*warnings, *held.warnings)
     record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
@@ -209,6 +215,8 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
+    from cordicc.backends import datapath, schedule_chart, script
+
     texts = (
         dump(plan),
         report_page(plan),
@@ -219,13 +227,18 @@ def artefacts(plan: Plan) -> dict[str, str]:
     return dict(zip(ARTEFACTS, texts, strict=True))
 
 
-def report_page(plan: Plan, explored: report.Explored | None = None) -> str:
+def report_page(plan: Plan, explored: Explored | None = None) -> str:
     """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
+    from cordicc.backends import report
+    from cordicc.typesetting import typeset
+
     return report.render(plan, typeset, explored)
 
 
-def picture(plan: Plan, view: str, width: float | None = PAGE_WIDTH) -> str:
+def picture(plan: Plan, view: str, width: float | None = None) -> str:
     """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
+    from cordicc.backends import datapath, graph_view, schedule_chart
+
     if view == "schedule":
         return schedule_chart.render(plan)
     return datapath.render(plan, width) if view == "datapath" else graph_view.render(plan, width)

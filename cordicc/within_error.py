@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cordicc.certify.certificate import Bound
-from cordicc.certify.plans import bounds_of
 from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.plan import Plan
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
+
+if TYPE_CHECKING:
+    from cordicc.certify.certificate import Bound
 
 PlanWith = Callable[[int, int], Plan]
 """Makes the plan for words of a width outside and a number of guard bits."""
@@ -27,6 +28,12 @@ def allowed_errors(problem: Mapping[str, Any]) -> dict[str, float]:
     return {o["name"]: o["max_error"] for o in problem["outputs"] if o["max_error"] is not None}
 
 
+def _bounds(plan: Plan, allowed: Mapping[str, float]) -> Mapping[str, Bound]:
+    from cordicc.certify.plans import bounds_of  # most compilations need no bounds
+
+    return bounds_of(plan, allowed)
+
+
 def checked(plan: Plan) -> Plan:
     """Return a plan whose bounds are within the errors that its problem allows.
 
@@ -36,7 +43,7 @@ def checked(plan: Plan) -> Plan:
     allowed = allowed_errors(plan.problem)
     if not allowed:
         return plan
-    bounds = bounds_of(plan, allowed)
+    bounds = _bounds(plan, allowed)
     if missed := _missed(bounds, allowed):
         raise _refusal(missed, allowed, f"the number format of target '{plan.target['name']}' is fixed")
     return plan
@@ -56,14 +63,14 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
         TooInaccurate: no width will do (E413).
     """
     allowed = allowed_errors(plan.problem)
-    if not allowed or not _missed(bounds_of(plan, allowed), allowed):
+    if not allowed or not _missed(_bounds(plan, allowed), allowed):
         return plan
     width = plan.target["arithmetic"]["format"]["width"]
     best: Mapping[str, Bound] = {}
     while width <= WIDEST_WORD_BITS:
         most = most_guard_bits(width)
         candidate = plan_with(width, most)
-        best = bounds_of(candidate, allowed)
+        best = _bounds(candidate, allowed)
         if not _missed(best, allowed):
             return _fewest_guard_bits(candidate, width, most, allowed, plan_with)
         width += _WIDER
@@ -79,7 +86,7 @@ def _fewest_guard_bits(
     while least < most:
         middle = (least + most) // 2
         candidate = plan_with(width, middle)
-        if _missed(bounds_of(candidate, allowed), allowed):
+        if _missed(_bounds(candidate, allowed), allowed):
             least = middle + 1
         else:
             plan, most = candidate, middle

@@ -16,9 +16,7 @@ from cordicc.certify.predicates import Predicate, inside
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
-
-UNIT_PROGRAM = "unit_program"
-"""Where a plan's problem holds the graph of its operations, with exact constants."""
+from cordicc.record import UNIT_PROGRAM
 
 SAMPLES = 10_000
 """Of which the plan states the share that is inside, with seed 0; thresholds follow from the first ones."""

@@ -19,7 +19,7 @@ from cordicc.certify.boxes import Boxes
 from cordicc.certify.climb import climb
 from cordicc.certify.models import local, margin_square
 from cordicc.certify.network import Constant, Step, network
-from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, inside_bounds, judged
+from cordicc.certify.plans import bounds_of, inside_bounds, judged
 from cordicc.certify.predicates import OWN_BOUND, inside
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import errors, forward
@@ -31,6 +31,7 @@ from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, compile_file, plan_file
 from cordicc.plan import Plan
+from cordicc.record import UNIT_PROGRAM
 
 NUMBERS = st.floats(-50, 50, allow_subnormal=False)
 FUNCTIONS = {

@@ -20,7 +20,7 @@ RANKS = [
     {"targets"},
     {"ir"},
     {"arith"},
-    {"diagnostics", "files"},
+    {"codes", "diagnostics", "files"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
