@@ -29,12 +29,12 @@ from numpy.typing import NDArray
 from cordicc.arith.intervals import Interval
 from cordicc.certify.boxes import Boxes
 from cordicc.certify.certificate import Bound
-from cordicc.certify.climb import climb
 from cordicc.certify.network import Network, network
 from cordicc.certify.plans import UNIT_PROGRAM, bounds_of
 from cordicc.certify.predicates import inside
 from cordicc.certify.sweep import errors, forward
 from cordicc.emulate import functional, sampling
+from cordicc.emulate.climb import climb
 from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, plan_file
