@@ -97,7 +97,7 @@ def main() -> None:
 @click.option(
     "--certify/--no-certify",
     default=None,
-    help="Prove error bounds of the outputs.  [default: on fixed-point targets]",
+    help="Prove error bounds of the outputs.  [default: on fixed-point targets, and for a max_error]",
 )
 @click.option("--explain", is_flag=True, help="Print how each operation came about.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
@@ -222,7 +222,7 @@ def simulate(
     vcd_samples: int,
     as_json: bool,
 ) -> None:
-    """Run a plan, bit-true, and compare it with the equations.
+    """Run a plan, bit-true, compare it with the equations and judge the bounds that it states.
 
     PLAN is a plan.json; a problem FILE is compiled first with the default options.
 
@@ -254,7 +254,7 @@ def simulate(
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
             _tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
-    run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report))
+    ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
 
 
 def _write_or_print(path: Path, text: str) -> None:

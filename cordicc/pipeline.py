@@ -59,7 +59,7 @@ class Options:
     units: str = "auto"
     limits: Limits = field(default_factory=Limits)
     certify: bool | None = None
-    """Derive proven error bounds; by default on fixed-point targets."""
+    """Derive proven error bounds; by default on fixed-point targets. A `max_error` asks for them anyway."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +91,12 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
     planned = plan_file(path, options, watch)
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
+    allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(machine_of(plan).system, FixedSystem)
-    if fixed_point if options.certify is None else options.certify:
+    if allowed or (fixed_point if options.certify is None else options.certify):
         from cordicc.certify.plans import bounds_of, with_bounds
 
-        plan = with_bounds(plan, bounds_of(plan, allowed_errors(plan.problem)))
+        plan = with_bounds(plan, bounds_of(plan, allowed))
     return Compiled(plan, (*planned.warnings, *more))
 
 
@@ -290,6 +291,9 @@ def check_plan(plan: Plan, name: str) -> Plan:
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
         arithmetic = machine_of(plan)
         check_formats(plan, arithmetic)
+        from cordicc.certify.plans import StatedBounds
+
+        StatedBounds.of(plan)
         functional_run.run(plan, arithmetic, sampling.draw(plan.problem, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
         reason = (str(error).splitlines() or ["malformed"])[0][:500]

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate.accuracy import Comparison, Observed
-from cordicc.emulate.histogram import Errors, angular, worst_first
+from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
+from cordicc.emulate.judging import Judgement, Limits, Part
 from cordicc.emulate.screening import screen
 from cordicc.ir.graph import Graph
 from cordicc.ir.reference import evaluate
@@ -35,20 +36,12 @@ _DOUBTFUL = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Worst:
-    """A sample with a large error: its number from 1, None if a search found it, and its inputs."""
-
-    error: float
-    sample: int | None
-    inputs: dict[str, float]
-
-
-@dataclass(frozen=True, slots=True)
 class Report:
     """What a run showed.
 
     `referenced` samples were compared in high precision, `screened` ones in double precision, which was
     at most `screening_error` from the reference, by output, where both were computed; None where none was.
+    `judgement` says how the plan's bounds fare, if it states any.
     """
 
     comparison: Comparison
@@ -57,6 +50,7 @@ class Report:
     referenced: int
     screened: int
     screening_error: Mapping[str, float | None]
+    judgement: Judgement | None
 
 
 @dataclass(slots=True)
@@ -66,6 +60,7 @@ class _Tally:
     graph: Graph
     angles: Mapping[str, bool]
     reference: int
+    judgement: Judgement | None = None
     samples: int = 0
     valid: int = 0
     lost: int = 0
@@ -101,8 +96,11 @@ class _Tally:
             defined = self._decide(inputs, defined, simulated)
         both = defined & simulated
         numbers = self.samples + np.flatnonzero(both)
-        for name, is_angle in self.angles.items():
-            error = angular(outputs[name][both] - values[name][both], is_angle)
+        errors = {n: angular(outputs[n][both] - values[n][both], a) for n, a in self.angles.items()}
+        if self.judgement is not None:
+            inside, made = ({n: column[both] for n, column in each.items()} for each in (inputs, outputs))
+            self.judgement.add(Part(numbers, inside, made, errors, precise))
+        for name, error in errors.items():
             known = np.isfinite(error)  # a doubtful sample may have no value in double precision
             self.errors[name].add(error[known], numbers[known], rank=precise)
             if not precise:
@@ -175,7 +173,9 @@ class _Tally:
         }
         counts = (self.samples, self.valid, self.lost, self.gained, self.lost_at)
         comparison = Comparison(observed, *counts)
-        return Report(comparison, self.errors, worst, self.referenced, self.screened, self.gaps)
+        return Report(
+            comparison, self.errors, worst, self.referenced, self.screened, self.gaps, self.judgement
+        )
 
 
 def run_parts(
@@ -186,6 +186,7 @@ def run_parts(
     take: Callable[[Outputs], None],
     reached: Callable[[int], None],
     reference: int = REFERENCE_SAMPLES,
+    limits: Limits | None = None,
 ) -> Report:
     """Simulate part after part and compare with the equations.
 
@@ -197,8 +198,10 @@ def run_parts(
         take: gets the outputs of each part, in order.
         reached: is told how many samples are done.
         reference: how many samples, the first ones, are compared in high precision.
+        limits: the bounds by which samples are judged.
     """
-    tally = _Tally(graph, angles, reference)
+    judgement = None if limits is None else Judgement(graph, angles, limits)
+    tally = _Tally(graph, angles, reference, judgement)
     for name in angles:
         tally.errors[name], tally.gaps[name], tally.suspects[name] = Errors(), None, []
     for inputs in parts:

@@ -79,7 +79,7 @@ def test_every_place_by_every_hostile_value(base: dict[str, Any]) -> None:
         inputs = sampling.draw(plan.problem, 3, 0)
         outputs = functional.run(plan, observation.machine_of(plan), inputs)
         comparison = observation.compare(plan, inputs, outputs)
-        comparison_text(plan, comparison)
+        comparison_text(plan, comparison, {})
         json.dumps(comparison_data(plan, comparison), allow_nan=False)
         dump(plan)
 
