@@ -24,6 +24,13 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
+_HEAVY = {
+    **dict.fromkeys("sin cos tan atan2 exp log atan sinh cosh tanh pow wrap solve_pair".split(), 4),
+    **dict.fromkeys("asin acos asinh acosh atanh rotate vector lightcone".split(), 6),
+    **dict.fromkeys(("solve", "implicit"), 12),
+}
+"""How many times as long as a product operations take."""
+
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
 Result = Real | None
 _WORKING = (PRECISION, "n")
@@ -92,6 +99,11 @@ def evaluate(
             if result is not None:
                 results[row, sample] = libmp.to_float(result, rnd="n")
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def effort(graph: Graph) -> int:
+    """Return how many products take as long as evaluating a graph for one sample."""
+    return sum(_HEAVY.get(node.op, 1) for node in graph.nodes)
 
 
 def _bounded(result: Result) -> Result:
