@@ -23,7 +23,7 @@ from cordicc.emulate.streaming import REFERENCE_SAMPLES, Report, Samples, run_pa
 from cordicc.emulate.tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.text import parse_graph
-from cordicc.observation import DEFAULT_SAMPLES, angles_of, machine_of
+from cordicc.observation import DEFAULT_SAMPLES, angles_of, machine_of, reference_samples
 from cordicc.plan import Plan
 from cordicc.summary import comparison_data, comparison_text, count
 
@@ -54,15 +54,20 @@ class Run(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """How many samples are compared in high precision (None: none with anything); whether to search."""
+    """How many samples are compared in high precision (None: none with anything); whether to search.
+
+    With `fewer`, large problems have fewer: as many as `reference_samples` says.
+    """
 
     samples: int | None
     search: bool
+    fewer: bool = False
 
     @classmethod
     def of(cls, samples: int | None, none: bool, search: bool) -> Reference:
         """Return what the options ask for."""
-        return cls(None if none else REFERENCE_SAMPLES if samples is None else samples, search)
+        wanted = REFERENCE_SAMPLES if samples is None else samples
+        return cls(None if none else wanted, search, samples is None)
 
 
 def run_samples(
@@ -93,11 +98,10 @@ def run_samples(
             text, beyond = _only_run(run, stream, simulate, take, progress), []
         else:
             graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
+            precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
             limits = None if stated is None else Limits(stated.values, stated.inside)
-            report = run_parts(
-                graph, angles, stream, simulate, take, progress.reached, reference.samples, limits
-            )
+            report = run_parts(graph, angles, stream, simulate, take, progress.reached, precise, limits)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
             if run.as_json:

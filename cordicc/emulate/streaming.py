@@ -19,7 +19,7 @@ from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import Judgement, Limits, Part
 from cordicc.emulate.screening import screen
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import evaluate
+from cordicc.ir.reference import effort, evaluate
 
 Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
@@ -33,6 +33,9 @@ _SUSPECTS = 32
 
 _DOUBTFUL = 1000
 """Samples of doubtful validity that are looked at in high precision in one run."""
+
+_CLOSER_LOOKS = 3_000_000
+"""Products that suspects and samples of doubtful validity may each take as long as, in high precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +131,8 @@ class _Tally:
         self, inputs: Samples, defined: NDArray[np.bool_], simulated: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
         """Return which samples the equations can do, in high precision where that is in doubt."""
-        doubt = np.flatnonzero(defined != simulated)[: _DOUBTFUL - self.doubtful]
+        most = min(_DOUBTFUL, self.closer_looks())
+        doubt = np.flatnonzero(defined != simulated)[: max(0, most - self.doubtful)]
         if not doubt.size:
             return defined
         self.doubtful += doubt.size
@@ -149,17 +153,28 @@ class _Tally:
         self.suspects[name] = sorted(found, key=lambda each: (-each[0], each[1]))[:_SUSPECTS]
 
     def settle(self) -> None:
-        """Look at the suspects in high precision, and let them count among the worst."""
+        """Look at the suspects in high precision, the worst of each output first; they count as worst."""
+        chosen: dict[int, dict[str, float]] = {}
+        for place in range(_SUSPECTS):
+            for suspects in self.suspects.values():
+                if place < len(suspects) and len(chosen) < self.closer_looks():
+                    chosen.setdefault(suspects[place][1], suspects[place][2])
+        if not chosen:
+            return
+        rows = {number: row for row, number in enumerate(chosen)}
+        names = next(iter(chosen.values()))
+        inputs = {each: np.array([sample[each] for sample in chosen.values()]) for each in names}
+        values, defined = evaluate(self.graph, inputs)
         for name, suspects in self.suspects.items():
-            if not suspects:
-                continue
-            inputs = {each: np.array([s[2][each] for s in suspects]) for each in suspects[0][2]}
-            values, defined = evaluate(self.graph, inputs)
-            difference = np.array([s[3] for s in suspects]) - values[name]
-            errors = angular(difference[defined], self.angles[name]).tolist()
-            numbers = [suspect[1] for suspect, ok in zip(suspects, defined, strict=True) if ok]
-            self.errors[name].rank(zip(errors, numbers, strict=True))
-            self.known |= {suspect[1]: suspect[2] for suspect in suspects}
+            kept = [s for s in suspects if s[1] in rows and defined[rows[s[1]]]]
+            difference = np.array([s[3] - values[name][rows[s[1]]] for s in kept])
+            errors = angular(difference, self.angles[name]).tolist()
+            self.errors[name].rank(zip(errors, (s[1] for s in kept), strict=True))
+        self.known |= chosen
+
+    def closer_looks(self) -> int:
+        """Return how many samples may be looked at once more in high precision."""
+        return max(1, _CLOSER_LOOKS // max(1, effort(self.graph)))
 
     def report(self) -> Report:
         """Return what the run showed."""
