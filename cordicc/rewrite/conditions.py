@@ -189,11 +189,13 @@ def _of_node(
     if op == "guard":
         subject, condition = operands[1], str(params[0])
         if condition != "any" and not _holds(store, subject, condition):
+            subject = _numerator(store, choice, subject) if condition == "nonzero" else subject
             yield Requirement((), choice.class_of(subject), condition)
         return
     if op == "vector" and params[0] == 0:
         if not _holds(store, operands[0], "nonzero"):
-            yield Requirement(same, choice.class_of(operands[0]), "nonzero")
+            subject = _numerator(store, choice, operands[0])
+            yield Requirement(same, choice.class_of(subject), "nonzero")
         return
     if op in ("vector", "implicit") and params[0] == 1:
         angle = results and results[0].result == (1 if op == "vector" else 0)
@@ -213,6 +215,18 @@ def _of_node(
         yield Requirement(tuple(sorted(met)), None, "nonnegative")
         return
     yield Requirement(same, None, "any")
+
+
+def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:
+    """Return a value that is 0 where this one is: its numerator, if something makes that, else itself."""
+    element = store.element(value)
+    if element is None or element.is_polynomial:
+        return value
+    poly = store.field.display(Element(element.num, store.field.one))
+    found = None if poly is None else store.affine(poly)
+    if found is None or found[2] != 0 or choice.class_of(found[0]) not in choice.providers:
+        return value
+    return found[0]
 
 
 def _circular(
