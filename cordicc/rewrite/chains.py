@@ -40,7 +40,7 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
     turns = _turns(store)
     for (one, P), (other, Q) in combinations(tuple(found.items())[:_VALUES], 2):
         halves = [P + Q, P - Q]
-        parts = [[monic(base)[1] for base, _ in half.factor()[1]] for half in halves]
+        parts = [[monic(base)[1] for base, _ in store.field.factors(half)[1]] for half in halves]
         if any(len(factors) < 2 for factors in parts):
             continue
         store.begin(store.node(one).origin)

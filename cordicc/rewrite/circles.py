@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import Element, Poly, TooLarge, monic
-from cordicc.rewrite.store import Store
+from cordicc.rewrite.store import LOOKUP_TERMS, Store
 
 _SHORT = 24
 """Terms of an equation, or of the components of a vector, that count as short."""
@@ -94,6 +94,8 @@ def _circle(
         elif sign < 0:
             factor = factor * -1
         A, B, C = A / factor, B / factor, C / factor
+    if any(field.least_terms(poly) > LOOKUP_TERMS for poly in (A, B, C)):
+        return None
     # Degrees of A, B and C in a tangent t decide the power of 1 + t^2 > 0 they are divided by.
     highest = [max(p.degrees()[i] for p in (A, B, C)) for i in range(len(A.degrees()))]
     shown = field.displays([A, B, C], field.half_degree(highest))
@@ -133,7 +135,7 @@ def _shortest(
 def _signed_part(store: Store, factor: Poly) -> Poly:
     """Return the part of a common factor whose sign is known to be positive."""
     part = store.field.one
-    for base, exponent in factor.factor()[1]:
+    for base, exponent in store.field.factors(factor)[1]:
         sign = store.poly_sign(base)
         part = part * (base * sign if sign else base**0) ** exponent
         if not sign:

@@ -46,7 +46,7 @@ def factors_of(store: Store, poly: Poly) -> frozenset[str] | None:
     """Return the irreducible factors of a polynomial that is nowhere negative; None if it is too long."""
     if len(poly) > _TERMS:
         return None
-    factors = (str(monic(base)[1]) for base, _ in poly.factor()[1])
+    factors = (str(monic(base)[1]) for base, _ in store.field.factors(poly)[1])
     return frozenset(factor for factor in factors if factor not in store.field.definite)
 
 
@@ -54,7 +54,7 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
     """Return the sign of the constant and the factors that decide the sign of a polynomial."""
     if len(poly) > _TERMS:
         return None
-    constant, factors = poly.factor()
+    constant, factors = store.field.factors(poly)
     positive = constant > 0
     odd = []
     for base, exponent in factors:

@@ -114,6 +114,7 @@ class Field:
         self.zero = self.context.constant(0)
         self._nothing = Element(self.zero, self.one)
         self._denominators = Denominators(self.one, self._multiplied)
+        self._factored: dict[str, tuple[Any, list[tuple[Poly, int]]]] = {}
 
     def generator(self, index: int) -> Poly:
         """Return a generator as a polynomial."""
@@ -256,8 +257,15 @@ class Field:
             if poly.degrees()[index] > 1:
                 if index in self._facts:
                     self.touched.add(self._facts[index])
-                poly = poly % self._relations[index]
+                poly = self._remainder(poly, index)
         return poly
+
+    def _remainder(self, poly: Poly, index: int) -> Poly:
+        relation = self._relations[index]
+        if poly.degrees()[index] == 2 and len(poly) < len(relation):
+            # Half the second derivative is the quotient; a division would go through all of the relation.
+            return poly - poly.derivative(index).derivative(index) * fmpq(1, 2) * relation
+        return poly % relation
 
     def times(self, a: Poly, b: Poly) -> Poly:
         """Return the reduced product."""
@@ -349,6 +357,22 @@ class Field:
     def div(self, a: Element, b: Element) -> Element:
         """Return a / b.  Raises ZeroDivisionError."""
         return self.mul(a, self.inverse(b))
+
+    def factors(self, poly: Poly) -> tuple[Any, list[tuple[Poly, int]]]:
+        """Return a constant and the irreducible factors of a polynomial with their exponents."""
+        text = str(poly)
+        if text not in self._factored:
+            self._factored[text] = poly.factor()
+        return self._factored[text]
+
+    def least_terms(self, poly: Poly) -> int:
+        """Return a number of terms that a polynomial has at the least when it is displayed.
+
+        Displaying changes the tangents alone: there are no fewer terms than without them.
+        """
+        degrees = poly.degrees()
+        tangents = {str(self._gens[i]): 5 + 2 * i for i in self._tangents if degrees[i]}
+        return len(poly.subs(tangents)) if tangents else len(poly)
 
     def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
         """Return (p, q) with poly = p + q g for a generator g of a relation."""

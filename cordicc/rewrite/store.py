@@ -22,7 +22,9 @@ from cordicc.rewrite.field import Element, Field, Poly, TooLarge, monic, rationa
 from cordicc.rewrite.numeric import Floats, results
 from cordicc.rewrite.rotors import Rotors
 
-_LOOKUP_TERMS = 300
+LOOKUP_TERMS = 300
+"""Values with longer polynomials are not found again."""
+
 _SUM_TERMS = 40
 
 _LONG = 8
@@ -60,6 +62,7 @@ class Store:
         self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
         self._opaque: dict[Value, Element] = {}
+        self._opaque_generators: set[int] = set()
         self.opaque_left = 0
         self.turns: list[tuple[Value, Value]] = []
         self.angles: set[Value] = set()
@@ -171,7 +174,7 @@ class Store:
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
-        if len(poly) > _LOOKUP_TERMS:
+        if len(poly) > LOOKUP_TERMS:
             return None
         constant, factor, key = self._affine_key(poly)
         found = self._affine.get(key)
@@ -224,7 +227,7 @@ class Store:
         """Return the sign of a polynomial, as `sign` does, from what is known of equal values."""
         factor, base = monic(poly)
         sign = 1 if factor >= 0 else -1
-        if base.is_constant() or len(base) > _LOOKUP_TERMS:
+        if base.is_constant() or len(base) > LOOKUP_TERMS:
             return sign if base.is_constant() else 0
         return sign * (self._base_sign(base) or self._product_sign(base))
 
@@ -234,7 +237,7 @@ class Store:
         cached = self._products.get(text)
         if cached is None or cached[0] != known or self._facts:
             sign = 1
-            for part, exponent in base.factor()[1]:
+            for part, exponent in self.field.factors(base)[1]:
                 if exponent % 2:
                     scale, normal = monic(part)
                     sign *= self._base_sign(normal) * (1 if scale > 0 else -1)
@@ -313,6 +316,7 @@ class Store:
             self.opaque_left -= 1
             made = list(self._elements[value.node])
             made[value.result] = self._opaque.setdefault(self.find(value), self._new_free(value))
+            self._opaque_generators |= set(self.field.generators(self._opaque[self.find(value)].num))
             self._elements[value.node] = tuple(made)
         for later in range(min(changed, default=index), index):
             node = self.algebra.nodes[later]
@@ -334,8 +338,8 @@ class Store:
 
     def is_transparent(self, element: Element) -> bool:
         """Tell whether an element holds no value that was made a generator of its own."""
-        made = {next(self.field.generators(known.num)) for known in self._opaque.values()}
-        return made.isdisjoint(self.field.generators(element.num, element.den))
+        degrees = element.num.degrees(), element.den.degrees()
+        return not any(own[index] for own in degrees for index in self._opaque_generators)
 
     def _long_parts(self, index: int) -> set[Value]:
         """Return long factors of products that a node adds up, or its long operands."""
@@ -359,7 +363,7 @@ class Store:
         shape = (node.op, node.params, tuple(self.find(v) for v in node.operands), value.result)
         self.union(value, self._by_shape.setdefault(shape, value))
         element = self.element(value)
-        if element is None or len(element.num) > _LOOKUP_TERMS:
+        if element is None or len(element.num) > LOOKUP_TERMS:
             return
         self.union(value, self._by_key.setdefault(element.key, value))
         self._know_sign(element, self.sign(value))
@@ -485,7 +489,7 @@ class Store:
             raise TooLarge
         if self.poly_sign(radicand.den) < 0:
             outside = field.scale(Fraction(-1), outside)
-        constant, factors = whole.factor_squarefree() if len(whole) <= _LOOKUP_TERMS else (1, [(whole, 1)])
+        constant, factors = whole.factor_squarefree() if len(whole) <= LOOKUP_TERMS else (1, [(whole, 1)])
         inside = field.one * constant
         pulled = field.one
         for base, exponent in factors:

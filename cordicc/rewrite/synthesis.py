@@ -80,7 +80,7 @@ class Synthesis:
         if len(poly) == 1 and poly.total_degree() == 1:
             index = next(store.field.generators(poly))
             return store.scale(rational(poly.leading_coefficient()), self._generator(index))
-        constant, factors = poly.factor()
+        constant, factors = store.field.factors(poly)
         if len(factors) > 1 or factors[0][1] > 1:
             value = store.const(rational(constant))
             for base, exponent in factors:
