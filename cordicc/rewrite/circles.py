@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite.field import Element, Poly, TooLarge, monic
-from cordicc.rewrite.store import LOOKUP_TERMS, Store
+from cordicc.rewrite.field import LOOKUP_TERMS, Element, Poly, TooLarge, monic
+from cordicc.rewrite.store import Store
 
 _SHORT = 24
 """Terms of an equation, or of the components of a vector, that count as short."""

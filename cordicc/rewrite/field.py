@@ -35,6 +35,10 @@ _BITS = 4_000
 """Bits of the leading coefficient."""
 
 
+LOOKUP_TERMS = 300
+"""Terms of the longest polynomial that is looked up among those of other values."""
+
+
 class TooLarge(Exception):
     """An element has outgrown the work that is spent on it, or the generators are used up."""
 

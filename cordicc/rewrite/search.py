@@ -5,54 +5,38 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from cordicc.arith.intervals import Interval
-from cordicc.ir.graph import Graph, Value, factored
-from cordicc.ir.ops import Level
+from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.angles import add_offsets, add_principal_values, add_sums_of_vectors, add_unit_vectors
-from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise, squared_lengths
 from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
 from cordicc.rewrite.extraction import extract
-from cordicc.rewrite.field import Field, TooLarge
+from cordicc.rewrite.field import TooLarge
+from cordicc.rewrite.filling import SUMS, angles_of, fill, sample_points
 from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.lifting import Lifting
-from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
 from cordicc.rewrite.rotors import MOST_TURNS
 from cordicc.rewrite.sharing import add_multiples, add_norm_chains, add_norms, add_orders, add_pairs
-from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.synthesis import Synthesis
 
-POINTS = 24
-_NEAREST = 3
-_CRITICAL = {"vector": 0, "lightcone": 0, "implicit": 1}
-"""The result of a unit that is 0 where the others are ill-conditioned."""
-_DRAWN = 6_000
-_GENERATORS = 120
 _NODES = 400
 _SUBSETS = 16
-_OPAQUE = 16
-"""Values that may become generators because what they are made of is too large."""
-
 _WORSE = (16.0, 12.0, 8.0, 4.0)
 """How many times the error bound of a value in the realisation of the passes an operation is allowed."""
-
-_SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
-"""Operations that make angles of angles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,37 +47,6 @@ class Found:
     proven: bool
     steps: Mapping[int, tuple[str, ...]]
     facts: tuple[str, ...] = ()
-
-
-def sample_points(problem: Problem, graphs: Sequence[Graph], count: int = POINTS) -> dict[str, Floats] | None:
-    """Return points of the workspace at which graphs have values, None if there are too few.
-
-    Besides `count` random ones there are those nearest to the singular points of the units.
-    """
-    generator = np.random.Generator(np.random.PCG64(7))
-    if problem.samples is not None:
-        rows = generator.integers(0, problem.samples.rows, _DRAWN)
-        drawn = {name: np.asarray(column)[rows] for name, column in problem.samples.columns.items()}
-    else:
-        drawn = {
-            spec.name: generator.uniform(float(spec.lo), float(spec.hi), _DRAWN) for spec in problem.inputs
-        }
-    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
-    critical = []
-    for graph in graphs:
-        live = graph.live()
-        for index, results in enumerate(evaluate(graph, drawn)):
-            if index in live:
-                for result in results:
-                    good &= np.isfinite(result)
-                if graph.nodes[index].op in _CRITICAL:
-                    critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
-    if good.sum() < POINTS // 2:
-        return None
-    first = np.flatnonzero(good)
-    nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
-    rows = np.unique(np.concatenate([first[:count], *nearest]))
-    return {name: column[rows] for name, column in drawn.items()}
 
 
 def search(
@@ -120,26 +73,17 @@ def search(
     if not problem.inputs or sum(len(g.nodes) for g in graphs) > _NODES:
         return
     points = sample_points(problem, graphs)
-    field = _field(graphs)
-    if points is None or field is None:
+    filled = None if points is None else fill(problem, ranges, graphs, points)
+    if filled is None:
         return
-    store = Store(field, ranges, points)
-    _name_constants(store, graphs)
-    _assume(store, problem)
-    store.opaque_left = _OPAQUE
-    moved = [_import(store, graphs[0])]
-    certain = len(store.algebra.nodes)
-    moved += [_import(store, graph) for graph in graphs[1:]]
-    for angle in _angles(store):
-        store.rotors.rotor(angle)
-    store.opaque_left = 0
+    store, moved, certain = filled.store, filled.moved, filled.certain
     outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
     for graph, values in zip(graphs[1:], moved[1:], strict=True):
         for name, value in graph.outputs.items():
             store.union(outputs[name], values[value.node][value.result])
     _join_areas(store)
     _add_forms(store)
-    angles = _angles(store)
+    angles = angles_of(store)
     _add_circles(store, graphs[0], moved[0], angles)
     add_frames(store)
     add_principal_values(store)
@@ -174,98 +118,6 @@ def search(
         facts = conditions | facts_of(store, choice, extraction, certain)
         told = tuple(fact.text for fact in problem.assumptions if fact.text in facts)
         yield Found(graph, extraction.proven, steps, told)
-
-
-def _field(graphs: Sequence[Graph]) -> Field | None:
-    operations = [n for g in graphs for n in g.nodes]
-    count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
-    inputs = count.get("input", 0) // len(graphs)
-    turned = len({n.operands[2] for g in graphs for n in g.nodes if n.op == "rotate"})
-    roots = (
-        6
-        + _OPAQUE // 2
-        + sum(
-            1
-            for n in graphs[0].nodes
-            if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
-        )
-    )
-    pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
-    opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
-    free = inputs + 2 * pairs + opaque + _OPAQUE
-    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
-
-
-def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
-    """Copy a graph into the store; a guard's value is that of its operand."""
-    moved: list[tuple[Value, ...]] = []
-    grains = _grains(graph)
-    for index, node in enumerate(graph.nodes):
-        store.begin(node.origin)
-        operands = [moved[v.node][v.result] for v in node.operands]
-        if node.op == "guard":
-            moved.append((operands[0],))
-        else:
-            moved.append(store.make(node.op, operands, node.params))
-        for result, value in enumerate(moved[-1]):
-            share = grains.get(Value(index, result))
-            if share is not None:
-                store.rotors.grain(value, share, store.scale(share, value))
-    return moved
-
-
-def _grains(graph: Graph) -> dict[Value, Fraction]:
-    """Return, for values that are turned by in several multiples, the one that all are multiples of."""
-    factors: dict[Value, set[Fraction]] = {}
-    for node in graph.nodes:
-        if node.op == "rotate" and node.params[0] != 0:
-            factor, base = factored(graph.nodes, node.operands[2])
-            if graph.node(base).op not in (*_SUMS, "vector", "implicit", "lightcone", "const", "guard"):
-                factors.setdefault(base, set()).add(abs(factor))
-    found = {}
-    for base, known in factors.items():
-        least = min(known)
-        if len(known) > 1 and all((k / least).denominator == 1 and k <= MOST_TURNS * least for k in known):
-            found[base] = least
-    return found
-
-
-def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
-    """Make the cosine and sine of constant angles known before the numbers themselves are met."""
-    for graph in graphs:
-        for node in graph.nodes:
-            if node.op == "rotate" and node.params[0] == 1:
-                for value in graph.node(node.operands[2]).operands:
-                    number = graph.constant(value)
-                    if number is not None:
-                        store.constants.rotor(number, 1)
-
-
-def _assume(store: Store, problem: Problem) -> None:
-    """Let the field know the facts of the problem; all inputs come first, in their order."""
-    for spec in problem.inputs:
-        store.make("input", (), (spec.name,))
-    if not problem.assumptions:
-        return
-    graph = Simplify().apply(problem.assumption_graph, Context({}))
-    if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
-        return
-    moved = _import(store, graph)
-    for index, fact in enumerate(problem.assumptions):
-        sides = [graph.outputs[f"{side}{index}"] for side in ("left", "right")]
-        left, right = (store.element(moved[v.node][v.result]) for v in sides)
-        if left is not None and right is not None:
-            store.assume(store.field.sub(left, right), fact.relation, fact.text)
-
-
-def _angles(store: Store) -> list[Value]:
-    """Return the angles that circular units make."""
-    port = {"vector": 1, "implicit": 0}
-    return [
-        Value(index, port[node.op])
-        for index, node in enumerate(store.algebra.nodes)
-        if node.op in port and node.params[0] == 1
-    ]
 
 
 def _add_forms(store: Store) -> None:
@@ -320,7 +172,7 @@ def _add_circles(
 ) -> None:
     """Add the circle equation of each angle and of each sum of angles, where its vector is never 0."""
     synthesis = Synthesis(store)
-    sums = [v for results in moved for v in results if store.node(v).op in _SUMS and _is_angle(store, v)]
+    sums = [v for results in moved for v in results if store.node(v).op in SUMS and _is_angle(store, v)]
     known = _nonzero_factors(store, graph, moved)
     lengths = squared_lengths(store)
     for angle in dict.fromkeys((*angles, *sums)):
@@ -359,7 +211,7 @@ def _is_angle(store: Store, value: Value) -> bool:
     node = store.node(value)
     if node.op in ("vector", "implicit"):
         return bool(node.params[0] == 1 and value.result == (1 if node.op == "vector" else 0))
-    return node.op in _SUMS and any(_is_angle(store, v) for v in node.operands)
+    return node.op in SUMS and any(_is_angle(store, v) for v in node.operands)
 
 
 def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
@@ -370,7 +222,7 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
     own: dict[tuple[str, str], Value] = {}
-    for value in _angles(store):
+    for value in angles_of(store):
         rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
         if rotor is not None:
             own.setdefault((rotor[0].key, rotor[1].key), value)
@@ -394,7 +246,7 @@ def _subsets(items: Sequence[Value]) -> list[tuple[Value, ...]]:
 
 def _add_sums(store: Store) -> None:
     """Add angles as sums of two others, where the sample points show a relation and rotors prove it."""
-    angles = [v for v in _angles(store) if store.rotors.rotor(v) is not None]
+    angles = [v for v in angles_of(store) if store.rotors.rotor(v) is not None]
     angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1]
     distinct: dict[str, Value] = {}
     for value in angles:

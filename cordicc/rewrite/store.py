@@ -18,14 +18,20 @@ from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.conditioning import errors
 from cordicc.rewrite.constants import Constants
-from cordicc.rewrite.field import Element, Field, Poly, TooLarge, monic, rational, square_root_of
+from cordicc.rewrite.field import (
+    LOOKUP_TERMS,
+    Element,
+    Field,
+    Poly,
+    TooLarge,
+    monic,
+    rational,
+    square_root_of,
+)
 from cordicc.rewrite.numeric import Floats, results
+from cordicc.rewrite.polynomials import Polynomials
 from cordicc.rewrite.rotors import Rotors
-
-LOOKUP_TERMS = 300
-"""Values with longer polynomials are not found again."""
-
-_SUM_TERMS = 40
+from cordicc.rewrite.signs import Signs
 
 _LONG = 8
 """Terms of the longest elements that are not worth a generator of their own."""
@@ -42,24 +48,20 @@ class Store:
         self.reason: tuple[str, ...] = ()
         self.why: dict[int, tuple[str, ...]] = {}
         self.rests: dict[int, frozenset[str]] = {}
-        self._facts: dict[str, str] = {}
         self._inputs, self._samples = ranges, samples
         self._count = len(next(iter(samples.values())))
         self._ranges: list[tuple[Interval | None, ...]] = []
         self._numbers: list[tuple[Floats, ...]] = []
         self._errors: list[tuple[Floats, ...]] = []
         self._elements: list[tuple[Element | None, ...]] = []
-        self._signs: dict[str, Element] = {}
+        self._sign_elements: dict[str, Element] = {}
+        self._signs = Signs(field)
+        self._polynomials = Polynomials()
         self._generator_values: dict[int, Value] = {}
         self.constants = Constants(field)
         self.rotors = Rotors(self.constants, self)
-        self._known_signs: dict[str, int] = {}
-        self._products: dict[str, tuple[int, int]] = {}
         self._parent: dict[Value, Value] = {}
         self._by_key: dict[str, Value] = {}
-        self._affine: dict[str, tuple[Value, Fraction, Fraction]] = {}
-        self._sums: list[tuple[Value, Poly]] = []
-        self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
         self._opaque: dict[Value, Element] = {}
         self._opaque_generators: set[int] = set()
@@ -174,30 +176,15 @@ class Store:
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
-        if len(poly) > LOOKUP_TERMS:
-            return None
-        constant, factor, key = self._affine_key(poly)
-        found = self._affine.get(key)
-        if found is None or factor == 0:
-            return None
-        value, its_factor, its_constant = found
-        ratio = factor / its_factor
-        return value, ratio, constant - ratio * its_constant
-
-    def _affine_key(self, poly: Poly) -> tuple[Fraction, Fraction, str]:
-        ends = len(poly) > 0 and not any(poly.monoms()[-1])
-        constant = rational(poly.coefficient(len(poly) - 1)) if ends else Fraction(0)
-        rest = poly - self.field.number(constant).num
-        factor, rest = monic(rest)
-        return constant, factor, str(rest)
+        return self._polynomials.affine(poly)
 
     def sums(self) -> list[tuple[Value, Poly]]:
         """Return values with polynomials of a few terms, each without its constant, monic."""
-        return self._sums
+        return self._polynomials.sums
 
     def multiples(self) -> list[tuple[Value, Poly]]:
         """Return values, as polynomials, that `affine` finds earlier ones for."""
-        return self._multiples
+        return self._polynomials.multiples
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -215,43 +202,14 @@ class Store:
 
     def assume(self, difference: Element, relation: str, fact: str) -> None:
         """Rest on a fact about an element: = 0, > 0, >= 0, < 0 or <= 0."""
-        factor, base = monic(difference.num)
         if relation == "=" and difference.is_polynomial:
             self.field.relate(difference.num, fact)
-        elif relation != "=" and factor:
-            sign = 1 if relation in (">", ">=") else -1
-            self._facts[str(base)] = fact
-            self._known_signs[str(base)] = sign * self.poly_sign(difference.den) * (1 if factor > 0 else -1)
+        elif relation != "=":
+            self._signs.assume(difference, 1 if relation in (">", ">=") else -1, fact)
 
     def poly_sign(self, poly: Poly) -> int:
         """Return the sign of a polynomial, as `sign` does, from what is known of equal values."""
-        factor, base = monic(poly)
-        sign = 1 if factor >= 0 else -1
-        if base.is_constant() or len(base) > LOOKUP_TERMS:
-            return sign if base.is_constant() else 0
-        return sign * (self._base_sign(base) or self._product_sign(base))
-
-    def _product_sign(self, base: Poly) -> int:
-        """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
-        text, known = str(base), len(self._known_signs)
-        cached = self._products.get(text)
-        if cached is None or cached[0] != known or self._facts:
-            sign = 1
-            for part, exponent in self.field.factors(base)[1]:
-                if exponent % 2:
-                    scale, normal = monic(part)
-                    sign *= self._base_sign(normal) * (1 if scale > 0 else -1)
-            cached = self._products[text] = known, sign
-        return cached[1]
-
-    def _base_sign(self, base: Poly) -> int:
-        single = len(base) == 1 and base.total_degree() == 1
-        if single and next(self.field.generators(base)) in self.field.radicands:
-            return 1
-        text = str(base)
-        if text in self._facts:
-            self.field.touched.add(self._facts[text])
-        return self.field.definite.get(text, 0) or self._known_signs.get(text, 0)
+        return self._signs.of(poly)
 
     def _square_sum(self, value: Value, depth: int) -> bool:
         node, interval = self.node(value), self.range(value)
@@ -366,25 +324,10 @@ class Store:
         if element is None or len(element.num) > LOOKUP_TERMS:
             return
         self.union(value, self._by_key.setdefault(element.key, value))
-        self._know_sign(element, self.sign(value))
+        self._signs.know(element, self.sign(value))
         poly = self.field.display(element)
-        if poly is None:
-            return
-        constant, factor, key = self._affine_key(poly)
-        if factor and key in self._affine:
-            self._multiples.append((value, poly))
-        elif factor:
-            self._affine[key] = (value, factor, constant)
-            if 1 < len(poly) <= _SUM_TERMS:
-                rest = poly - self.field.number(constant).num
-                self._sums.append((value, rest / rest.leading_coefficient()))
-
-    def _know_sign(self, element: Element, sign: int) -> None:
-        """Note the sign of the numerator of an element that has one, if its denominator has one."""
-        factor, base = monic(element.num)
-        sign *= self.poly_sign(element.den) if sign else 0
-        if sign and factor:
-            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
+        if poly is not None:
+            self._polynomials.register(value, poly)
 
     def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
         field = self.field
@@ -460,7 +403,7 @@ class Store:
             return x, field.add(z, field.scale(Fraction(sign), quotient))
         squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
         if m == 1:
-            self._know_sign(squares, 1)
+            self._signs.know(squares, 1)
         return self.square_root(squares, None), None
 
     def _sign_element(self, value: Value) -> Element:
@@ -474,9 +417,9 @@ class Store:
         assert element is not None
         factor, base = monic(element.num)
         key = f"{factor > 0}{base}/{element.den}"
-        if key not in self._signs:
-            self._signs[key] = Element(self.field.generator(self.field.sign()), self.field.one)
-        return self._signs[key]
+        if key not in self._sign_elements:
+            self._sign_elements[key] = Element(self.field.generator(self.field.sign()), self.field.one)
+        return self._sign_elements[key]
 
     def square_root(self, radicand: Element, source: Value | None) -> Element:
         """Return the non-negative root: squares of known sign leave it, the rest becomes a generator."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite import angles, circles, lifting, search
+from cordicc.rewrite import angles, circles, filling, lifting
 from cordicc.rewrite.numeric import evaluate
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 from tests.unit.test_rewrite_frames import store_of_inputs
@@ -149,9 +149,9 @@ t1 = atan2(y, x) - atan2(sin(t2), 1 + cos(t2))
     box = "a=0.3:0.5, b=0.3:0.5, c=-0.2:0.2, d=0.6:0.8, e=0.1:0.3"
     problem = problem_of(tmp_path, box, equations, "p, t1, t2")
     assert "rotate" not in units(searched(problem).graph)[:-1]
-    monkeypatch.setattr(search, "_OPAQUE", 0)
+    monkeypatch.setattr(filling, "OPAQUE", 0)
     few = len(units(searched(problem).graph))
-    monkeypatch.setattr(search, "_OPAQUE", 16)
+    monkeypatch.setattr(filling, "OPAQUE", 16)
     assert len(units(searched(problem).graph)) < few
 
 
