@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from typing import Any
 
 from cordicc.rewrite.conditions import Requirement
@@ -184,7 +185,10 @@ def _build(task: _Task, *, timed: bool) -> _Model:
     needed = {k: model.new_bool_var(f"n{k}") for k in providers}
     circular = set(providers) if timed else _circular(choice, providers)
     horizon = min(sum(task.steps[o] for o in taken), _LATEST * _STEP) if timed else len(circular)
-    time = {k: model.new_int_var(0, horizon, f"t{k}") for k in providers if k in circular}
+    earliest = _earliest(task) if timed else dict.fromkeys(circular, 0)
+    time = {
+        k: model.new_int_var(earliest.get(k, horizon), horizon, f"t{k}") for k in providers if k in circular
+    }
     provides = {}
     for k, makers in providers.items():
         for o in makers:
@@ -215,6 +219,31 @@ def _build(task: _Task, *, timed: bool) -> _Model:
     for k in choice.wanted.values() if timed else ():
         model.add(finish >= time[k])
     return _Model(model, taken, needed, provides, time, guards, finish)
+
+
+def _earliest(task: _Task) -> dict[int, int]:
+    """Return the time before which no choice has a class, for those that some choice has."""
+    users: dict[int, list[int]] = {}
+    missing: dict[int, int] = {}
+    ready: list[tuple[int, int]] = []
+    for o in task.left.options:
+        operands = set(task.choice.options[o].operands)
+        missing[o] = len(operands)
+        for k in operands:
+            users.setdefault(k, []).append(o)
+        if not operands:
+            ready.append((0, o))
+    found: dict[int, int] = {}
+    # Options in the order of the times at which they have their results, as Dijkstra does it.
+    while ready:
+        at, o = heappop(ready)
+        for k in (k for result in task.choice.options[o].results for k in result if k not in found):
+            found[k] = at
+            for user in users.get(k, ()):
+                missing[user] -= 1
+                if not missing[user]:
+                    heappush(ready, (at + task.steps[user], user))
+    return found
 
 
 def _circular(choice: Alternatives, providers: Mapping[int, Sequence[int]]) -> set[int]:

@@ -154,7 +154,8 @@ class Field:
 
     def displays(self, polys: list[Poly], den: Poly) -> list[Poly] | None:
         """Return p/den in cosines and sines, den a product of powers of 1 + t^2 and a constant."""
-        for tangent in [i for i in self._tangents if any(p.degrees()[i] for p in (den, *polys))]:
+        degrees = [p.degrees() for p in (den, *polys)]
+        for tangent in [i for i in self._tangents if any(each[i] for each in degrees)]:
             m = self._tangents[tangent][2]
             below = 1 + m * self._gens[tangent] ** 2
             if m == -1:
@@ -257,16 +258,18 @@ class Field:
 
     def reduce(self, poly: Poly) -> Poly:
         """Return a polynomial with no generator of a relation above the first power."""
+        degrees = poly.degrees()
         for index in sorted(self._relations):
-            if poly.degrees()[index] > 1:
+            if degrees[index] > 1:
                 if index in self._facts:
                     self.touched.add(self._facts[index])
-                poly = self._remainder(poly, index)
+                poly = self._remainder(poly, index, degrees[index])
+                degrees = poly.degrees()
         return poly
 
-    def _remainder(self, poly: Poly, index: int) -> Poly:
+    def _remainder(self, poly: Poly, index: int, degree: int) -> Poly:
         relation = self._relations[index]
-        if poly.degrees()[index] == 2 and len(poly) < len(relation):
+        if degree == 2 and len(poly) < len(relation):
             # Half the second derivative is the quotient; a division would go through all of the relation.
             return poly - poly.derivative(index).derivative(index) * fmpq(1, 2) * relation
         return poly % relation

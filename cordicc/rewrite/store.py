@@ -36,6 +36,9 @@ from cordicc.rewrite.signs import Signs
 _LONG = 8
 """Terms of the longest elements that are not worth a generator of their own."""
 
+_CLEARLY = 1e-6
+"""A value of this size, beside the largest one on the samples, is no rounding error."""
+
 _LINEAR = ("add", "sub", "neg", "cmul", "shift")
 
 
@@ -195,10 +198,18 @@ class Store:
             return 1
         if interval is not None and interval.hi <= 0:
             return -1
+        if self._takes_both_signs(value):
+            return 0
         if self._square_sum(value, 8):
             return 1
         element = self.element(value)
         return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
+
+    def _takes_both_signs(self, value: Value) -> bool:
+        """Tell whether the samples leave no doubt, so that nothing need be looked for."""
+        numbers = self.numbers(value)
+        most, least = float(np.fmax.reduce(numbers)), float(np.fmin.reduce(numbers))
+        return min(most, -least) > _CLEARLY * max(most, -least)
 
     def assume(self, difference: Element, relation: str, fact: str) -> None:
         """Rest on a fact about an element: = 0, > 0, >= 0, < 0 or <= 0."""
