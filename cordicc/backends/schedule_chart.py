@@ -232,7 +232,7 @@ def _rows(
     for index, row in enumerate(rows):
         height = lane_height * len(row.lanes)
         if index % 2 == 0:
-            svg.tag("rect", x=MARGIN, y=y, width=right - MARGIN, height=height, fill=BAND)
+            svg.tag("rect", x=MARGIN, y=y, width=right - MARGIN, height=height, fill=BAND, fill_opacity=0.6)
         name = fitted(row.name, 10, LABEL_LIMIT - (text_width(row.note, SIZE) + 8 if row.note else 0))
         base = y + lane_height / 2 + 3.5
         if name:

@@ -13,8 +13,11 @@ from cordicc.rewrite.options import Alternatives, Option
 from cordicc.rewrite.store import Store
 
 _UNIT_WORDS = {
-    "rotate": "rotation", "vector": "vectoring", "lightcone": "vectoring", "implicit": "implicit equation",
-}  # fmt: skip
+    "rotate": "a rotation",
+    "vector": "a vectoring",
+    "lightcone": "a vectoring",
+    "implicit": "an implicit equation",
+}
 
 
 def rebuild(
@@ -123,7 +126,7 @@ def _taken_for(store: Store, option: Option) -> tuple[str, ...]:
         for index, other in enumerate(store.algebra.nodes):
             same = [r for r in range(len(other.definition.results)) if store.find(Value(index, r)) == own]
             if same and other.op in UNITS and other.op != node.op:
-                what = f"{other.definition.results[same[0]]} of a {_UNIT_WORDS[other.op]}"
+                what = f"{other.definition.results[same[0]]} of {_UNIT_WORDS[other.op]}"
                 sentences.append(f"its {name} equals the {what} in `{other.origin}`, by algebra")
                 break
     return tuple(sentences)
