@@ -7,6 +7,8 @@ import pytest
 
 import cordicc
 from cordicc.arith import compiled
+from cordicc.arith.floating import SingleSystem
+from cordicc.arith.formats import SINGLE, Signal
 from cordicc.emulate import functional, sampling
 from cordicc.observation import machine_of
 from tests.unit.test_cli import EXAMPLES
@@ -51,6 +53,51 @@ def test_long_runs_take_compiled_units(monkeypatch: pytest.MonkeyPatch) -> None:
     assert compiled.is_compiled(functional.accelerated(plan, machine, samples, 500))
     fast = functional.run(plan, machine, samples)
     assert all(np.array_equal(plain[name], fast[name]) for name in plain)
+
+
+def singles(seed: int, count: int) -> np.ndarray:
+    """Return singles of every size, zeros, subnormal, largest and invalid ones among them."""
+    generator = np.random.Generator(np.random.PCG64(seed))
+    words = generator.integers(0, 2**32, count, dtype=np.uint32).view(np.float32)
+    words[~np.isfinite(words)] = np.nan
+    near = (generator.uniform(-2, 2, count) * 2.0 ** generator.integers(-3, 3, count)).astype(np.float32)
+    odd = np.array([0.0, -0.0, np.nan, 1e-45, -1e-45, 3.4028235e38, -3.4028235e38, 1.1754944e-38], np.float32)
+    mixed = np.where(generator.random(count) < 0.5, words, near)
+    return np.where(generator.random(count) < 0.2, generator.choice(odd, count), mixed)
+
+
+@needs_numba
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("op", ["add", "sub", "mul", "cmul", "min"])
+def test_adders_and_multipliers_have_the_same_bits(op: str) -> None:
+    fast, plain = compiled.CompiledSingle(), SingleSystem()
+    operands = [Signal(singles(seed, 50_000), SINGLE) for seed in (1, 2)]
+    for factor in ("0.1", "-3.4e38", "1.2e-38", "1.0"):
+        params = {"factor": factor} if op == "cmul" else {}
+        taken = operands[:1] if op == "cmul" else operands
+        expected = plain.calculate(op, params, taken, SINGLE)
+        made = fast.calculate(op, params, taken, SINGLE)
+        assert made.dtype == expected.dtype == np.float32
+        assert np.array_equal(np.isnan(made), np.isnan(expected))
+        held = ~np.isnan(made)
+        assert np.array_equal(made[held].view(np.uint32), expected[held].view(np.uint32))
+    one = Signal(np.asarray(np.float32(0.5)), SINGLE)
+    broadcast = fast.calculate("add", {}, [operands[0], one], SINGLE)
+    assert np.array_equal(broadcast, plain.calculate("add", {}, [operands[0], one], SINGLE), equal_nan=True)
+    assert fast.spec() == plain.spec()
+
+
+@needs_numba
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
+def test_a_plan_has_the_same_bits(target: str) -> None:
+    plan = cordicc.compile(EXAMPLES / "quadruped_leg.yaml", target=target, certify=False)
+    machine = machine_of(plan)
+    samples = sampling.draw(plan.problem, 3000, 4)
+    plain = functional.run(plan, machine, samples)
+    fast = functional.run(plan, compiled.compiled_arithmetic(machine), samples)
+    for name, column in plain.items():
+        assert np.array_equal(column, fast[name], equal_nan=True)
 
 
 def test_without_numba_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
