@@ -1,4 +1,4 @@
-"""Units, adders and multipliers compiled by numba, with the bits of `cordicc.arith.cau` and `floating`.
+"""A unit whose operations are compiled by numba, with the bits of `cordicc.arith.cau`.
 
 numba is optional (`cordicc[fast]`).  Importing it and loading machine code takes about a second, compiling
 at the very first use some ten, so only long runs want it.
@@ -6,7 +6,7 @@ at the very first use some ten, so only long runs want it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.util import find_spec
@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.cau import Cau, implicit_table, standard_table
-from cordicc.arith.floating import SingleSystem
-from cordicc.arith.formats import FloatArray, NumberFormat, Signal, Word
+from cordicc.arith.compiled_systems import compiled_system
+from cordicc.arith.formats import FloatArray
 from cordicc.arith.kernels import limbs
 from cordicc.arith.machine import Arithmetic
 from cordicc.arith.reduction import SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.sequences import FACTOR_BITS, StepTable, pi_fixed
 
 _BRANCHES = {"+": 1, "-": -1, "none": 0}
-_WORD_OPERATIONS = ("add", "sub", "mul", "cmul")
 
 
 def available() -> bool:
@@ -42,28 +41,7 @@ def compiled_arithmetic(arithmetic: Arithmetic) -> Arithmetic:
         kind: CompiledCau(**{field.name: getattr(cau, field.name) for field in fields(Cau)})
         for kind, cau in arithmetic.caus.items()
     }
-    system = CompiledSingle() if isinstance(arithmetic.system, SingleSystem) else arithmetic.system
-    return replace(arithmetic, system=system, caus=units)
-
-
-@dataclass(frozen=True, slots=True)
-class CompiledSingle(SingleSystem):
-    """The number system of single precision with sums and products compiled."""
-
-    def calculate(
-        self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
-        """Execute an operation, as `SingleSystem.calculate` does."""
-        from cordicc.arith import compiled_words
-
-        words = [np.asarray(operand.words) for operand in operands]
-        if op not in _WORD_OPERATIONS or len({word.shape for word in words}) > 1:
-            return SingleSystem.calculate(self, op, params, operands, result)
-        if op == "cmul":
-            words.append(self.constant(params["factor"]).words.reshape(1))
-        made = np.empty(words[0].shape, dtype=np.float32)
-        getattr(compiled_words, op)(*words, made)
-        return made
+    return replace(arithmetic, system=compiled_system(arithmetic.system), caus=units)
 
 
 @dataclass(frozen=True, slots=True)

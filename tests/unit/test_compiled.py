@@ -7,6 +7,9 @@ import pytest
 
 import cordicc
 from cordicc.arith import compiled
+from cordicc.arith.compiled_systems import CompiledSingle, compiled_system
+from cordicc.arith.fixed_point import ROUNDINGS
+from cordicc.arith.fixed_system import FixedSystem
 from cordicc.arith.floating import SingleSystem
 from cordicc.arith.formats import SINGLE, Signal
 from cordicc.emulate import functional, sampling
@@ -70,7 +73,7 @@ def singles(seed: int, count: int) -> np.ndarray:
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("op", ["add", "sub", "mul", "cmul", "min"])
 def test_adders_and_multipliers_have_the_same_bits(op: str) -> None:
-    fast, plain = compiled.CompiledSingle(), SingleSystem()
+    fast, plain = CompiledSingle(), SingleSystem()
     operands = [Signal(singles(seed, 50_000), SINGLE) for seed in (1, 2)]
     for factor in ("0.1", "-3.4e38", "1.2e-38", "1.0"):
         params = {"factor": factor} if op == "cmul" else {}
@@ -85,6 +88,35 @@ def test_adders_and_multipliers_have_the_same_bits(op: str) -> None:
     broadcast = fast.calculate("add", {}, [operands[0], one], SINGLE)
     assert np.array_equal(broadcast, plain.calculate("add", {}, [operands[0], one], SINGLE), equal_nan=True)
     assert fast.spec() == plain.spec()
+
+
+@needs_numba
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("rounding", ROUNDINGS)
+@pytest.mark.parametrize("fractions", [(20, 20, 20), (3, 30, 18), (25, 12, 40), (-40, 5, -60), (0, 29, 31)])
+def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int, int]) -> None:
+    plain = FixedSystem(24, 6, rounding)
+    fast = compiled_system(plain)
+    assert fast.spec() == plain.spec()
+    generator = np.random.Generator(np.random.PCG64(2))
+    specs = [{"width": 30, "fraction": fraction} for fraction in fractions]
+    words = [generator.integers(-(2**29), 2**29, 20_000) >> generator.integers(0, 29, 20_000) for _ in "ab"]
+    for each in words:
+        each[:50] = -(2**29)
+    numbers = np.ldexp(generator.permutation(words[0]).astype(float), 1 - fractions[2]) / 4
+    numbers[:3] = np.nan, np.inf, -1e300
+    made = []
+    for system in (plain, fast):
+        *formats, result = (system.format(spec) for spec in specs)
+        operands = [Signal(each, format_) for each, format_ in zip(words, formats, strict=True)]
+        found = [system.calculate(op, {}, operands, result) for op in ("add", "sub", "mul", "min")]
+        found += [system.calculate("cmul", {"factor": f}, operands[:1], result) for f in ("0.3", "-1e9")]
+        found += [system.calculate("add", {}, [operands[0], system.constant("0.75")], result)]
+        found += [format_.decode(each) for each, format_ in zip(words, formats, strict=True)]
+        made.append([*found, result.encode(numbers), result.encode_angle(numbers)])
+    for expected, same in zip(*made, strict=True):
+        assert expected.dtype == same.dtype
+        assert np.array_equal(expected, same, equal_nan=True)
 
 
 @needs_numba
