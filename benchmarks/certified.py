@@ -130,7 +130,7 @@ def table(path: Path) -> dict[str, Floats]:
 
 @dataclass(slots=True)
 class Seen:
-    """What is seen of an output: worst error, the reference's own, samples inside and beyond; bad rows."""
+    """What is seen of an output: worst error, the reference's own, samples inside and beyond, worst rows."""
 
     worst: float = 0.0
     width: float = 0.0
