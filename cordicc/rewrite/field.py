@@ -15,12 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isqrt
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from cordicc.rewrite.denominators import Denominators, Powers
+from cordicc.rewrite.roots import square_root_of
 
 Poly = Any
 """A polynomial of python-flint, `fmpq_mpoly`."""
@@ -81,15 +81,6 @@ def rational(number: Any) -> Fraction:
 
 def _flint(number: Fraction) -> Any:
     return fmpq(number.numerator, number.denominator)
-
-
-def square_root_of(number: Fraction) -> Fraction | None:
-    """Return the root of a number that is the square of a rational, else None."""
-    if number < 0:
-        return None
-    above, below = isqrt(number.numerator), isqrt(number.denominator)
-    exact = above * above == number.numerator and below * below == number.denominator
-    return Fraction(above, below) if exact else None
 
 
 class Field:

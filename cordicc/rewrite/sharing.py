@@ -80,7 +80,7 @@ def _squares(store: Store, value: Value) -> list[Value]:
 def add_multiples(store: Store) -> None:
     """Join sums and products with a multiple of an earlier value, plus a constant, that equals them."""
     store.reason = ("a multiple of another value, plus a constant",)
-    for value, poly in tuple(store.multiples()):
+    for value, poly in tuple(store.polynomials.multiples):
         found = store.affine(poly)
         if found is None or store.node(value).op not in ("add", "sub", "mul"):
             continue

@@ -16,7 +16,8 @@ from math import log2
 import numpy as np
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.field import TooLarge, square_root_of
+from cordicc.rewrite.field import TooLarge
+from cordicc.rewrite.roots import square_root_of
 from cordicc.rewrite.store import Store
 
 Terms = dict[tuple[Value, ...], Fraction]

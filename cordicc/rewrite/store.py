@@ -25,21 +25,15 @@ from cordicc.rewrite.field import (
     Poly,
     TooLarge,
     monic,
-    rational,
-    square_root_of,
 )
 from cordicc.rewrite.numeric import Floats, results
+from cordicc.rewrite.parts import is_square_sum, long_parts, rest_squared, square_root
 from cordicc.rewrite.polynomials import Polynomials
 from cordicc.rewrite.rotors import Rotors
 from cordicc.rewrite.signs import Signs
 
-_LONG = 8
-"""Terms of the longest elements that are not worth a generator of their own."""
-
 _CLEARLY = 1e-6
 """A value of this size, beside the largest one on the samples, is no rounding error."""
-
-_LINEAR = ("add", "sub", "neg", "cmul", "shift")
 
 
 class Store:
@@ -59,7 +53,7 @@ class Store:
         self._elements: list[tuple[Element | None, ...]] = []
         self._sign_elements: dict[str, Element] = {}
         self._signs = Signs(field)
-        self._polynomials = Polynomials()
+        self.polynomials = Polynomials()
         self._generator_values: dict[int, Value] = {}
         self.constants = Constants(field)
         self.rotors = Rotors(self.constants, self)
@@ -179,15 +173,7 @@ class Store:
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
-        return self._polynomials.affine(poly)
-
-    def sums(self) -> list[tuple[Value, Poly]]:
-        """Return values with polynomials of a few terms, each without its constant, monic."""
-        return self._polynomials.sums
-
-    def multiples(self) -> list[tuple[Value, Poly]]:
-        """Return values, as polynomials, that `affine` finds earlier ones for."""
-        return self._polynomials.multiples
+        return self.polynomials.affine(poly)
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -200,7 +186,7 @@ class Store:
             return -1
         if self._takes_both_signs(value):
             return 0
-        if self._square_sum(value, 8):
+        if is_square_sum(self, value, 8):
             return 1
         element = self.element(value)
         return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
@@ -221,18 +207,6 @@ class Store:
     def poly_sign(self, poly: Poly) -> int:
         """Return the sign of a polynomial, as `sign` does, from what is known of equal values."""
         return self._signs.of(poly)
-
-    def _square_sum(self, value: Value, depth: int) -> bool:
-        node, interval = self.node(value), self.range(value)
-        if depth == 0 or (interval is not None and interval.lo >= 0):
-            return depth > 0
-        if node.op == "mul" and node.operands[0] == node.operands[1]:
-            return True
-        if node.op == "cmul" and Fraction(node.params[0]) < 0:
-            return False
-        if node.op in ("add", "mul", "cmul", "shift"):
-            return all(self._square_sum(v, depth - 1) for v in node.operands)
-        return node.op == "abs"
 
     # -- annotation -------------------------------------------------------------------------------
 
@@ -279,7 +253,7 @@ class Store:
 
         What they are made of is no longer seen then, but what is found without it holds whatever they are.
         """
-        values = sorted(self._long_parts(index))[: self.opaque_left]
+        values = sorted(long_parts(self, index))[: self.opaque_left]
         changed = {value.node for value in values}
         for value in values:
             self.opaque_left -= 1
@@ -310,24 +284,6 @@ class Store:
         degrees = element.num.degrees(), element.den.degrees()
         return not any(own[index] for own in degrees for index in self._opaque_generators)
 
-    def _long_parts(self, index: int) -> set[Value]:
-        """Return long factors of products that a node adds up, or its long operands."""
-        node = self.algebra.nodes[index]
-        found: set[Value] = set()
-        todo = [Value(index)] if node.op in (*_LINEAR, "mul") else list(node.operands)
-        while todo:
-            inner = self.node(todo.pop())
-            if inner.op in _LINEAR:
-                todo += inner.operands
-            elif inner.op == "mul":
-                todo += [v for v in inner.operands if self.node(v).op == "mul"]
-                found |= {v for v in inner.operands if self.node(v).op != "mul" and self._is_long(v)}
-        return found or {v for v in node.operands if self._is_long(v)}
-
-    def _is_long(self, value: Value) -> bool:
-        element = self.element(value)
-        return element is not None and len(element.num) + len(element.den) > _LONG
-
     def _register(self, value: Value, node: Node) -> None:
         shape = (node.op, node.params, tuple(self.find(v) for v in node.operands), value.result)
         self.union(value, self._by_shape.setdefault(shape, value))
@@ -338,7 +294,7 @@ class Store:
         self._signs.know(element, self.sign(value))
         poly = self.field.display(element)
         if poly is not None:
-            self._polynomials.register(value, poly)
+            self.polynomials.register(value, poly)
 
     def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
         field = self.field
@@ -389,22 +345,16 @@ class Store:
                 x, y, z = operands
                 return x, field.add(y, field.mul(x, z))
             case "lightcone":
-                return self.square_root(field.mul(*operands), Value(index)), None
+                return square_root(self, field.mul(*operands)), None
             case "implicit":
-                rest = self._rest(int(node.params[0]), operands)
-                return None, self.square_root(rest, Value(index, 1))
+                rest = rest_squared(self.field, int(node.params[0]), operands)
+                return None, square_root(self, rest)
         return (None,) * width
 
     def _new_free(self, value: Value) -> Element:
         index = self.field.free()
         self._generator_values[index] = value
         return Element(self.field.generator(index), self.field.one)
-
-    def _rest(self, m: int, operands: Sequence[Element]) -> Element:
-        field = self.field
-        squares = [field.mul(e, e) for e in operands]
-        difference = field.sub(squares[1], squares[2])
-        return field.add(squares[0], field.scale(Fraction(m), difference))
 
     def _vector_elements(self, node: Node, operands: Sequence[Element]) -> tuple[Element | None, ...]:
         field, (x, y, z) = self.field, operands
@@ -415,7 +365,7 @@ class Store:
         squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
         if m == 1:
             self._signs.know(squares, 1)
-        return self.square_root(squares, None), None
+        return square_root(self, squares), None
 
     def _sign_element(self, value: Value) -> Element:
         """Return 1 or -1 where the sign is known, else a generator with square 1."""
@@ -431,27 +381,3 @@ class Store:
         if key not in self._sign_elements:
             self._sign_elements[key] = Element(self.field.generator(self.field.sign()), self.field.one)
         return self._sign_elements[key]
-
-    def square_root(self, radicand: Element, source: Value | None) -> Element:
-        """Return the non-negative root: squares of known sign leave it, the rest becomes a generator."""
-        field = self.field
-        if radicand.is_zero:
-            return radicand
-        whole = field.times(radicand.num, radicand.den)
-        outside = Element(field.one, radicand.den, radicand.powers)
-        if not radicand.is_polynomial and self.poly_sign(radicand.den) == 0:
-            raise TooLarge
-        if self.poly_sign(radicand.den) < 0:
-            outside = field.scale(Fraction(-1), outside)
-        constant, factors = whole.factor_squarefree() if len(whole) <= LOOKUP_TERMS else (1, [(whole, 1)])
-        inside = field.one * constant
-        pulled = field.one
-        for base, exponent in factors:
-            sign = self.poly_sign(base)
-            half = exponent // 2 if sign else 0
-            pulled = field.times(pulled, (base * sign) ** half) if half else pulled
-            inside = inside * base ** (exponent - 2 * half)
-        number = rational(inside.leading_coefficient()) if inside.is_constant() else None
-        root = None if number is None else square_root_of(number)
-        result = field.number(root) if root is not None else field.root(field.reduce(inside))
-        return field.mul(field.mul(result, Element(pulled, field.one)), outside)

@@ -95,7 +95,7 @@ class Synthesis:
         store = self._store
         best: tuple[int, Value, Fraction, Poly] | None = None
         terms = poly.to_dict()
-        for value, other in store.sums():
+        for value, other in store.polynomials.sums:
             lead = other.monoms()[0]
             if lead not in terms or len(other) < 2 or len(other) > 2 * len(poly):
                 continue
