@@ -26,26 +26,10 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
+_TRANSCENDENTAL = ("sin", "cos", "tan", "atan2", "exp", "log", "atan", "sinh", "cosh", "tanh", "pow", "wrap")
 _HEAVY = {
-    **dict.fromkeys(
-        [
-            "sin",
-            "cos",
-            "tan",
-            "atan2",
-            "exp",
-            "log",
-            "atan",
-            "sinh",
-            "cosh",
-            "tanh",
-            "pow",
-            "wrap",
-            "solve_pair",
-        ],
-        4,
-    ),
-    **dict.fromkeys(["asin", "acos", "asinh", "acosh", "atanh", "rotate", "vector", "lightcone"], 6),
+    **dict.fromkeys((*_TRANSCENDENTAL, "solve_pair"), 4),
+    **dict.fromkeys(("asin", "acos", "asinh", "acosh", "atanh", "rotate", "vector", "lightcone"), 6),
     **dict.fromkeys(("solve", "implicit"), 12),
 }
 """How many times as long as a product operations take."""
