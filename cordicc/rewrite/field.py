@@ -29,7 +29,7 @@ Poly = Any
 _TERMS = 4_000
 """Terms of a numerator and a denominator together; larger elements are given up."""
 
-_PRODUCT = 400_000
+_PRODUCT = 100_000
 """Products of terms in one multiplication."""
 
 _BITS = 4_000
