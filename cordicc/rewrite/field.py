@@ -33,6 +33,9 @@ _TERMS = 4_000
 _PRODUCT = 100_000
 """Products of terms in one multiplication."""
 
+_REDUCED = 2 * _TERMS
+"""Terms of a polynomial whose squares of roots are still written out."""
+
 _BITS = 4_000
 """Bits of the leading coefficient."""
 
@@ -197,10 +200,12 @@ class Field:
         return Element(self.context.constant(factor), self.one) if a == b * factor else None
 
     def reduce(self, poly: Poly) -> Poly:
-        """Return a polynomial with no generator of a relation above the first power."""
+        """Return a polynomial with no generator of a relation above the first power.  Raises TooLarge."""
         degrees = poly.degrees()
         for index in sorted(self._relations):
             if degrees[index] > 1:
+                if len(poly) > _REDUCED:
+                    raise TooLarge
                 if index in self._facts:
                     self.touched.add(self._facts[index])
                 poly = self._remainder(poly, index, degrees[index])

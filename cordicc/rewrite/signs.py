@@ -31,10 +31,12 @@ class Signs:
 
     def of(self, poly: Poly) -> int:
         """Return the sign of a polynomial, 0 if none is proven; facts that it rests on are touched."""
+        if len(poly) > LOOKUP_TERMS:
+            return 0
         factor, base = monic(poly)
         sign = 1 if factor >= 0 else -1
-        if base.is_constant() or len(base) > LOOKUP_TERMS:
-            return sign if base.is_constant() else 0
+        if base.is_constant():
+            return sign
         return sign * (self._base(base) or self._product(base))
 
     def _product(self, base: Poly) -> int:
