@@ -92,14 +92,14 @@ def _evaluate_rounded(
         else:
             many = len(node.definition.results) > 1
             program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
-    shake = _shaker()
+    shake = _shaker() if jitter else None
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
     for sample in samples:
         for at, numbers in columns:
             values[at] = libmp.from_float(numbers[sample])
         for function, operands, at, many in program:
             arguments = [values[operand] for operand in operands]
-            if jitter:
+            if shake is not None:
                 arguments = [shake(argument) for argument in arguments]
             made = None if None in arguments else function(*arguments)
             if made is not None:
