@@ -18,7 +18,7 @@ from cordicc.arith.fixed_system import FixedSystem
 from cordicc.arith.intervals import Interval
 from cordicc.checks import input_intervals, input_samples
 from cordicc.diagnostics import Diagnostic, Severity, Source, Unattainable
-from cordicc.emulate.climb import climb
+from cordicc.emulate.climb import climb, climbing
 from cordicc.ir.contraction import contracted
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
@@ -223,14 +223,14 @@ def _climbed(
         size = np.abs(numeric.evaluate(part, columns)[value.node][value.result])
         return np.where(np.isfinite(size), size, -1.0)
 
-    points, _ = climb(
+    search = climbing(
         input_intervals(problem),
         samples,
-        height,
         climbers=_CLIMBERS,
         rounds=_CLIMBS if problem.samples is None else 0,
         towards_poles=True,
     )
+    points, _ = climb(search, height)
     peak, at = _peak(part, points)
     # Where rounding has led the search astray, a sample is higher.
     return (peak, at) if peak >= np.max(seen, initial=0.0) else _peak(part, samples)
