@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from cordicc.console import Progress, show
 
 _FILE = click.Path(path_type=Path)
 
@@ -93,7 +94,9 @@ def explore(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Find the trade-off of processors, latency, interval and FIFO words of a problem FILE.
+    """Find the trade-off of units, latency and FIFO words.
+
+    For a problem FILE: every combination of processors, latency, interval and FIFO words that no other beats.
 
     \b
     cordicc explore arm.yaml
@@ -103,14 +106,24 @@ def explore(
     from cordicc.backends import front
     from cordicc.files import write_file, write_files
 
-    def progress(done: int, count: int) -> None:
-        if sys.stderr.isatty():
-            click.echo(f"\r{done}/{count} points", err=True, nl=done == count)
+    bar: Progress | None = None
 
-    result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
+    def progress(done: int, count: int) -> None:
+        nonlocal bar
+        bar = bar or Progress(count, "points")
+        bar.reached(done)
+
+    try:
+        result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
+    finally:
+        if bar is not None:
+            bar.done()
     picture = front.render(result.title, [point.mark() for point in result.points])
     if output is None:
         write_files(Path("build") / result.name, {"explore.svg": picture})
     else:
         write_file(output, picture)
-    click.echo(study.as_json(result) if as_json else study.as_text(result), nl=False)
+    if as_json:
+        click.echo(study.as_json(result), nl=False)
+    else:
+        show(study.as_sheet(result))

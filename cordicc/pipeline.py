@@ -43,6 +43,7 @@ ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simula
 """The files of an output folder."""
 
 Watch = Callable[[str, Graph], None]
+Enter = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,38 +71,49 @@ def read_problem(path: Path) -> LoadedProblem:
     return replace(loaded, warnings=(*loaded.warnings, *check_domain(loaded.problem, loaded.source)))
 
 
-def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
+def _nobody(name: str) -> None:
+    """Take the name of a stage where nobody wants to know it."""
+
+
+def compile_file(
+    path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody
+) -> Compiled:
     """Compile a problem file.
 
     Args:
         path: the problem file.
         options: target, units, limits.
         watch: called with the name and the graph after each pass, for `--print-after`.
+        enter: called with what is about to be done, to show progress.
 
     Raises:
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
-    planned = plan_file(path, options, watch)
+    planned = plan_file(path, options, watch, enter)
+    enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
     fixed_point = isinstance(machine_of(plan).system, FixedSystem)
     if fixed_point if options.certify is None else options.certify:
         from cordicc.certify.plans import bounds_of, with_bounds
 
+        enter("proving error bounds")
         plan = with_bounds(plan, bounds_of(plan, allowed_errors(plan.problem)))
     return Compiled(plan, (*planned.warnings, *more))
 
 
-def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
+def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody) -> Compiled:
     """Compile a problem file without running the plan: `compile_file` without accuracy figures."""
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
+    enter("reading the problem")
     loaded = read_problem(path)
     target = load_target(options.target)
     plans = []
     refused = []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
     for implicit in _implicit_choices(options, target):
+        enter("choosing operations")
         choice = rewrite(
             loaded.problem,
             target,
@@ -110,6 +122,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
             goal=options.limits.minimize,
             watch=watch,
         )
+        enter("choosing formats and a schedule")
         # Scheduling sees unit operations with their latencies only.
         try:
             unplaced, warnings = _assembled(path, loaded, choice, target, options)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from cordicc.emulate.accuracy import Comparison
 from cordicc.plan import Plan
+from cordicc.sheet import Facts, Sheet, Table, plain
 from cordicc.targets.model import CAU_KINDS
 
 
@@ -18,11 +19,6 @@ def _seconds(seconds: float) -> str:
     raise AssertionError
 
 
-def _rows(rows: Sequence[tuple[str, str]]) -> list[str]:
-    width = max(len(name) for name, _ in rows)
-    return [f"  {name:<{width}}  {text}" for name, text in rows]
-
-
 def count(number: int, noun: str) -> str:
     """Return a number and its noun, in the plural but for 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
@@ -30,6 +26,11 @@ def count(number: int, noun: str) -> str:
 
 def plan_text(plan: Plan) -> str:
     """Return the summary of a plan, ending in a newline."""
+    return plain(plan_sheet(plan))
+
+
+def plan_sheet(plan: Plan, last: str = "") -> Sheet:
+    """Return the summary of a plan, and a last line."""
     caus = plan.processors()
     others = [f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in CAU_KINDS]
     proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
@@ -57,8 +58,9 @@ def plan_text(plan: Plan) -> str:
     if words["kind"] == "fixed-point":
         inside = words["width"] + words["guard"]
         rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
-    lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
-    return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
+    end = ("", f"  {last}") if last else ()
+    title = f"{plan.name} on {plan.target['name']}"
+    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
 
 
 def _chosen(plan: Plan) -> str:
@@ -96,43 +98,39 @@ def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
     return _figure(bound["value"], unit) + share
 
 
-def _accuracy(plan: Plan) -> list[str]:
-    header = ("output", "largest error", "rms error", "bound")
-    table = [header]
+_ACCURACY = ("output", "largest error", "rms error", "bound")
+
+
+def _accuracy(plan: Plan) -> Table:
+    rows = []
     for output in plan.problem["outputs"]:
         figures = plan.accuracy[output["name"]]
         unit = " rad" if output["angle"] else ""
         seen = figures["observed"]
         bound = _bound(figures["bound"], unit)
-        table.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
-    return _table(table)
+        rows.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
+    return Table(_ACCURACY, tuple(rows))
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return [
-        "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]
-
-
-def comparison_text(plan: Plan, comparison: Comparison) -> str:
-    """Return the summary of a simulation, ending in a newline."""
-    lines = [
+def comparison_sheet(plan: Plan, comparison: Comparison) -> Sheet:
+    """Return the summary of a simulation."""
+    title = (
         f"{plan.name} on {plan.target['name']}: "
         f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
-    ]
+    )
+    lines = []
     if comparison.lost:
         lines.append(f"  {count(comparison.lost, 'sample')} that the equations can do came out invalid")
     if comparison.gained:
         gained = count(comparison.gained, "sample")
         lines.append(f"  {gained} outside the domain of the equations came out valid")
-    rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
+    rows = []
     for output in plan.problem["outputs"]:
         seen = comparison.observed[output["name"]]
         unit = " rad" if output["angle"] else ""
         bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
         rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), _bound(bound, unit)))
-    return "\n".join([*lines, *_table(rows)]) + "\n"
+    return Sheet(title, (*lines, Table(_ACCURACY, tuple(rows))))
 
 
 def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:
