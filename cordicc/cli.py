@@ -91,7 +91,7 @@ def main() -> None:
 @click.option(
     "--certify/--no-certify",
     default=None,
-    help="Prove error bounds of the outputs.  [default: on fixed-point targets]",
+    help="Prove error bounds of the outputs.  [default: on fixed-point targets, and for a max_error]",
 )
 @click.option("--explain", is_flag=True, help="Print how each operation came about.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
@@ -218,7 +218,7 @@ def simulate(
     vcd_samples: int,
     as_json: bool,
 ) -> None:
-    """Run a plan, bit-true, and compare it with the equations.
+    """Run a plan, bit-true, compare it with the equations and judge the bounds that it states.
 
     PLAN is a plan.json; a problem FILE is compiled first with the default options.
 
@@ -250,7 +250,7 @@ def simulate(
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
             tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
-    run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report))
+    ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
 
 
 @main.command()
@@ -262,17 +262,36 @@ def simulate(
     show_default=True,
     help="What to draw.",
 )
-@click.option("-o", "--output", type=FILE, metavar="FILE.svg", help="Write here instead of stdout.")
-def draw(plan: Path, view: str, output: Path | None) -> None:
-    """Draw a plan.json as SVG.
+@click.option(
+    "--width",
+    type=click.IntRange(min=0),
+    default=1240,
+    show_default=True,
+    metavar="PIXELS",
+    help="Fold datapath and graph into rows about so wide; 0: one row.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="FILE.svg|png|pdf",
+    help="Write here instead of stdout; PNG and PDF take 'cordicc[pictures]'.",
+)
+def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
+    """Draw a plan.json as SVG, PNG or PDF.
 
     \b
-    cordicc draw build/planar-2r/plan.json --view schedule -o schedule.svg
+    cordicc draw build/arm/plan.json -o arm.svg
+    cordicc draw build/arm/plan.json --view schedule -o arm.pdf
     """  # noqa: D301
     from cordicc.api import load_plan
-    from cordicc.pipeline import picture
+    from cordicc.files import write_file
 
-    write_or_print(output if output is not None else Path("-"), picture(load_plan(plan), view))
+    picture = load_plan(plan).picture(view, width or None)
+    if output is None or str(output) == "-":
+        click.echo(picture.svg, nl=False)
+    else:
+        write_file(output, picture.converted(output.suffix))
 
 
 @main.command()

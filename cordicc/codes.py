@@ -84,6 +84,10 @@ CODES: dict[str, str] = {
     "E614": "not a finite number",
     "E615": "inputs and expected outputs of different lengths",
     "E616": "the waveform would be too large",
+    "E620": "an error is larger than its proven bound",
+    "E650": "pictures of this kind take a library that is not there",
+    "E651": "pictures are not written in this format",
+    "E652": "there is no such view of a plan",
     "E710": "no such iterations",
     "E711": "more iterations than the sequence has",
     "E712": "a number too large to trace",
@@ -105,11 +109,13 @@ CODES: dict[str, str] = {
     "W321": "the ranges hold a pole",
     "W410": "some samples leave the number format",
     "W412": "a range that is not proven",
+    "W414": "a large problem is compared with fewer samples in high precision",
     "W611": "a column is ignored",
     "W616": "the waveform is cut short",
     "W710": "an angle beyond the convergence domain",
     "W711": "an operation without a result",
     "W712": "the paper's rule missed the target",
+    "W722": "a report was left as it is",
 }
 """What each code means."""
 
@@ -190,6 +196,10 @@ HELP: dict[str, str] = {
     "E614": "Write decimal numbers; nan and inf are not inputs.",
     "E615": "Both files need the same number of rows, in the same order.",
     "E616": "Write fewer samples: --vcd-samples.",
+    "E620": "A fault in cordicc, please report it, unless plan.json was changed.",
+    "E650": "Install the library: pip install 'cordicc[pictures]', or write an .svg.",
+    "E651": "Use one of the suffixes that are named.",
+    "E652": "Use datapath, schedule or graph.",
     "E710": "'cordicc trace --help' lists what goes together.",
     "E711": "Ask for fewer --iterations.",
     "E712": "Scale the numbers down; iterations are linear in them.",
@@ -211,11 +221,13 @@ HELP: dict[str, str] = {
     "W321": "Narrow the range; near the pole values grow without bound.",
     "W410": "Narrow the ranges, or accept that these samples come out with valid 0.",
     "W412": "Rewrite the expression, narrow ranges, or accept valid 0 beyond the format.",
+    "W414": "Compare more with 'cordicc simulate PLAN --reference 10000'.",
     "W611": "Remove the column, or ignore this.",
     "W616": "More samples: --vcd-samples.",
     "W710": "Reduce the argument first, or use another sequence.",
     "W711": "Choose operands for which the operation has a result.",
     "W712": "Use --sequence root-free or single-rotation.",
+    "W722": "Compile the problem again, then explore it.",
 }
 """What to do about each."""
 

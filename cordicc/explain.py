@@ -28,7 +28,7 @@ _AS_WRITTEN = {
     "implicit": "as written: an arc cosine or arc sine solves r cos t = c, one pass of an implicit CAU",
     "vector": "as written: a norm or an angle is a vectoring, which gives both at once",
     "rotate": "as written: products with a sine and a cosine are a rotation, which gives both at once",
-    "lightcone": "as written: a root or a logarithm is a vectoring of (u + v, u - v) in hyperbolic coordinates",
+    "lightcone": "as written: a root or a logarithm is a hyperbolic vectoring of (u + v, u - v)",
 }
 
 

@@ -33,6 +33,7 @@ def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, 
             }
             for o in problem.outputs
         ],
+        "assumptions": [fact.text for fact in problem.assumptions],
         "program": print_graph(problem.graph),
         "samples": None
         if samples is None

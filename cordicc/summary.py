@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from cordicc.emulate.accuracy import Comparison
+from cordicc.emulate.judging import Judged
 from cordicc.plan import Plan
 from cordicc.sheet import Facts, Sheet, Table, plain
 from cordicc.targets.model import CAU_KINDS
@@ -112,8 +114,8 @@ def _accuracy(plan: Plan) -> Table:
     return Table(_ACCURACY, tuple(rows))
 
 
-def comparison_sheet(plan: Plan, comparison: Comparison) -> Sheet:
-    """Return the summary of a simulation."""
+def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> Sheet:
+    """Return the summary of a simulation; `judged` holds what bounds the plan states."""
     title = (
         f"{plan.name} on {plan.target['name']}: "
         f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
@@ -124,13 +126,25 @@ def comparison_sheet(plan: Plan, comparison: Comparison) -> Sheet:
     if comparison.gained:
         gained = count(comparison.gained, "sample")
         lines.append(f"  {gained} outside the domain of the equations came out valid")
-    rows = []
+    header = _ACCURACY + (("holds for", "beyond") if judged else ())
+    rows: list[tuple[str, ...]] = []
     for output in plan.problem["outputs"]:
-        seen = comparison.observed[output["name"]]
-        unit = " rad" if output["angle"] else ""
-        bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
-        rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), _bound(bound, unit)))
-    return Sheet(title, (*lines, Table(_ACCURACY, tuple(rows))))
+        name, unit = output["name"], " rad" if output["angle"] else ""
+        seen = comparison.observed[name]
+        row = (name, _figure(seen.max, unit), _figure(seen.rms, unit))
+        rows.append((*row, *_judged(plan, judged.get(name), name, unit)) if judged else (*row, "not derived"))
+    return Sheet(title, (*lines, Table(header, tuple(rows))))
+
+
+def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[str, str, str]:
+    """Return a bound, the samples that it holds for, and how many of these are beyond it."""
+    if judged is None:
+        return "not derived", "-", "-"
+    held = "every valid sample"
+    if plan.accuracy[output]["bound"]["conditions"]:
+        # Rounded down: not quite all is never called all.
+        held = f"{math.floor(1e4 * (judged.share or 0.0)) / 100:g} % of valid samples"
+    return _figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
 
 def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
     """Return the plan with the narrowest words whose proven bounds are within the allowed errors.
 
     Words outside grow by two bits at a time, with as many guard bits as there is room for; of the first
-    width that will do the fewest guard bits are taken.
+    width that will do the fewest guard bits are taken, but words between operations never get narrower.
 
     Args:
         plan: the plan chosen without regard to allowed errors, the first candidate.
@@ -65,24 +65,24 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
     allowed = allowed_errors(plan.problem)
     if not allowed or not _missed(_bounds(plan, allowed), allowed):
         return plan
-    width = plan.target["arithmetic"]["format"]["width"]
+    format_ = plan.target["arithmetic"]["format"]
+    width, between = format_["width"], format_["width"] + format_["guard"]
     best: Mapping[str, Bound] = {}
     while width <= WIDEST_WORD_BITS:
         most = most_guard_bits(width)
         candidate = plan_with(width, most)
         best = _bounds(candidate, allowed)
         if not _missed(best, allowed):
-            return _fewest_guard_bits(candidate, width, most, allowed, plan_with)
+            return _fewest_guard_bits(candidate, width, range(max(0, between - width), most), plan_with)
         width += _WIDER
     reason = f"words between operations have up to {WIDEST_WORD_BITS} bits"
     raise _refusal(_missed(best, allowed), allowed, reason)
 
 
-def _fewest_guard_bits(
-    plan: Plan, width: int, most: int, allowed: Mapping[str, float], plan_with: PlanWith
-) -> Plan:
-    """Return the plan of a width with the fewest guard bits, given that of the most, by bisection."""
-    least = 0
+def _fewest_guard_bits(plan: Plan, width: int, fewer: range, plan_with: PlanWith) -> Plan:
+    """Return the plan of a width with the fewest guard bits, given one that will do, by bisection."""
+    allowed = allowed_errors(plan.problem)
+    least, most = fewer.start, fewer.stop
     while least < most:
         middle = (least + most) // 2
         candidate = plan_with(width, middle)

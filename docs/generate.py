@@ -41,8 +41,7 @@ Every error and warning has a code that stays the same from version to version:
 ```
 
 All that can be found in one go are listed, by place. Errors (E) end the run with exit status 2, or 1 where
-the problem is valid but no plan meets it (marked below); warnings (W) do not. `cordicc explain CODE` prints
-an entry of this page.
+the problem is valid but no plan meets it (marked below); warnings (W) do not.
 
 This page is written by `python docs/generate.py` from `cordicc/codes.py`.
 """

@@ -26,6 +26,14 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
+_TRANSCENDENTAL = ("sin", "cos", "tan", "atan2", "exp", "log", "atan", "sinh", "cosh", "tanh", "pow", "wrap")
+_HEAVY = {
+    **dict.fromkeys((*_TRANSCENDENTAL, "solve_pair"), 4),
+    **dict.fromkeys(("asin", "acos", "asinh", "acosh", "atanh", "rotate", "vector", "lightcone"), 6),
+    **dict.fromkeys(("solve", "implicit"), 12),
+}
+"""How many times as long as a product operations take."""
+
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
 Result = Real | None
 _WORKING = (PRECISION, "n")
@@ -104,6 +112,11 @@ def _evaluate_rounded(
             result = values[at]
             if result is not None:
                 results[row, sample] = libmp.to_float(result, rnd="n")
+
+
+def effort(graph: Graph) -> int:
+    """Return how many products take as long as evaluating a graph for one sample."""
+    return sum(_HEAVY.get(node.op, 1) for node in graph.nodes)
 
 
 def _bounded(result: Result) -> Result:

@@ -18,7 +18,7 @@ RANKS = [
     {"guard_bits", "word_lengths", "within_error"},
     {"checks", "observation", "certify"},
     {"poles"},
-    {"record"},
+    {"record", "typesetting"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
     {"plan", "plan_check", "plan_json"},
     {"targets"},
