@@ -11,7 +11,7 @@ from cordicc.arith.fixed_system import FixedSystem
 from cordicc.backends import datapath, graph_view, report, schedule_chart, script
 from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
-from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
@@ -38,6 +38,9 @@ from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 from cordicc.word_lengths import formats, magnitudes
+
+MAX_OPERATIONS = 5_000
+"""Operations of the equations of which a plan is made at the most; beyond, it would take minutes."""
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
@@ -95,6 +98,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
     """Compile a problem file without running the plan: `compile_file` without accuracy figures."""
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     loaded = read_problem(path)
+    _check_size(loaded)
     target = load_target(options.target)
     plans = []
     refused = []
@@ -120,6 +124,17 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
     verify_plan(plan)
     return Compiled(plan, warnings)
+
+
+def _check_size(loaded: LoadedProblem) -> None:
+    """Raise Unattainable if a problem is too large for a plan."""
+    count = len(loaded.problem.graph.nodes)
+    if count > MAX_OPERATIONS:
+        message = (
+            f"the problem has {count} operations, more than the {MAX_OPERATIONS} of which a plan is made"
+        )
+        hint = "divide it into several files"
+        raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
 
 
 def _assembled(

@@ -55,5 +55,6 @@ CODES: dict[str, str] = {
     "W104": "a setting has no effect",
     "W105": "the YAML reader had a remark",
     "W106": "a unit that is not the one of the values",
+    "W107": "a value that seems to be zero is too large for a proof",
     "W108": "an assumption is not checked",
 }

@@ -20,7 +20,7 @@ RANKS = [
     {"targets"},
     {"ir"},
     {"arith"},
-    {"diagnostics", "files"},
+    {"diagnostics", "files", "folders"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
@@ -31,6 +31,8 @@ TOGETHER = [
     {"plan", "plan_json"},
     {"plan", "plan_check"},
     {"diagnostics", "files"},
+    {"diagnostics", "folders"},
+    {"files", "folders"},
 ]
 
 
