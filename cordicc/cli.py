@@ -123,7 +123,7 @@ def compile_command(
     cordicc compile arm.yaml --target krieger96 --minimize latency -o out
     """  # noqa: D301
     from cordicc import pipeline
-    from cordicc.files import write_files
+    from cordicc.folders import write_files
     from cordicc.ir.text import print_graph
     from cordicc.plan_json import summary
     from cordicc.schedule.engine import Effort

@@ -109,7 +109,8 @@ def explore(
     """  # noqa: D301
     from cordicc import explore as study
     from cordicc.backends import front
-    from cordicc.files import write_file, write_files
+    from cordicc.files import write_file
+    from cordicc.folders import write_files
 
     bar: Progress | None = None
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.checks import check_domain, check_meaning, input_intervals
-from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
@@ -41,6 +41,9 @@ from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 
 if TYPE_CHECKING:
     from cordicc.backends.report import Explored
+
+MAX_OPERATIONS = 5_000
+"""Operations of the equations of which a plan is made at the most; beyond, it would take minutes."""
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
@@ -115,6 +118,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     enter("reading the problem")
     loaded = read_problem(path)
+    _check_size(loaded)
     target = load_target(options.target)
     plans = []
     refused = []
@@ -142,6 +146,17 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
     verify_plan(plan)
     return Compiled(plan, warnings)
+
+
+def _check_size(loaded: LoadedProblem) -> None:
+    """Raise Unattainable if a problem is too large for a plan."""
+    count = len(loaded.problem.graph.nodes)
+    if count > MAX_OPERATIONS:
+        message = (
+            f"the problem has {count} operations, more than the {MAX_OPERATIONS} of which a plan is made"
+        )
+        hint = "divide it into several files"
+        raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
 
 
 def _assembled(

@@ -24,7 +24,7 @@ RANKS = [
     {"targets"},
     {"ir"},
     {"arith"},
-    {"codes", "diagnostics", "files", "sheet"},
+    {"codes", "diagnostics", "files", "folders", "sheet"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
@@ -32,6 +32,8 @@ TOGETHER = [
     {"plan", "plan_json"},
     {"plan", "plan_check"},
     {"diagnostics", "files"},
+    {"diagnostics", "folders"},
+    {"files", "folders"},
 ]
 
 
