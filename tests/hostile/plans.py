@@ -109,7 +109,7 @@ CHANGES: dict[str, Callable[[], str | bytes]] = {
         lambda d: d["target_data"]["arithmetic"].update(format={"kind": "fixed-point", "width": 10**6})
     ),
     "a factor of a megabyte": lambda: changed(
-        lambda d: next(o["params"] for o in d["operations"] if o["op"] == "mul").update(factor="1" * 1_000_000)
+        lambda d: next(o["params"] for o in d["operations"] if o["op"] == "mul").update(factor="1" * 10**6)
     ),
     "markup everywhere": lambda: plan().replace('"small"', '"</text><script>alert(1)</script>"'),
     "a name that drives a terminal": lambda: plan().replace('"small"', '"\\u001b[2J\\u202e"'),
