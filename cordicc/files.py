@@ -65,11 +65,11 @@ def read_text(path: Path, limit: int = MAX_BYTES) -> str:
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file, whole or not at all, into a folder that exists; a device is written to."""
-    if path.is_dir():
-        raise failure(path, "is a folder, not a file")
-    if not path.parent.is_dir():
-        raise failure(path, f"no such folder: {path.parent}")
     try:
+        if path.is_dir():
+            raise failure(path, "is a folder, not a file")
+        if not path.parent.is_dir():
+            raise failure(path, f"no such folder: {path.parent}")
         if path.exists() and not path.is_file():
             path.write_bytes(_bytes(content))
         else:

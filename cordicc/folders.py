@@ -35,10 +35,13 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
 
     Raises InvalidInput (E600).
     """
-    if folder.exists() and not folder.is_dir():
-        raise failure(folder, "is a file, not a folder")
     try:
+        if folder.exists() and not folder.is_dir():
+            raise failure(folder, "is a file, not a folder")
         final = Path(os.path.realpath(folder))
+        for name in files:
+            if (final / name).is_dir():
+                raise failure(folder / name, "is a folder, not a file")
         final.parent.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         raise failure(folder, "cannot make the folder", error) from None

@@ -84,7 +84,7 @@ WRITTEN = [
 ]  # fmt: skip
 
 FULL = [
-    Case(f"{arguments[0]} to a full disk", arguments, files, ("E600",))
+    Case(f"{' '.join(arguments[:-1])} to a full disk", arguments, files, ("E600",))
     for arguments, files in [
         (("simulate", "p.yaml", "--outputs", "/dev/full"), {"p.yaml": SMALL}),
         (("simulate", "p.yaml", "--vcd", "/dev/full"), {"p.yaml": SMALL}),

@@ -116,7 +116,7 @@ NAMES = [
         "  - N = lambda + beta*E1 + S*__import__ + re/(1 + im) + None*True + oo*I + zoo + Symbol*self\n"
         "  - {solve: oo*cos(Q) + beta*sin(Q) = I, for: Q, branch: '+'}\n",
     ),
-    compiling("a name of 100 kB", f"inputs: {{{'a' * 100_000}: [0, 1]}}\nequations: [w = 1]", "E207"),
+    compiling("a name of 100 kB", f"inputs: {{{'a' * 100_000}: [0, 1]}}\nequations: [w = 1]", "E101", "E207"),
     compiling("an unknown name of 900 kB", one("a" * 900_000), "E203", "E207"),
     compiling("a folder name with slashes", f"name: ../../etc/passwd\n{one('x')}", "E202"),
     compiling("an absolute folder name", f"name: /tmp/pwned\n{one('x')}", "E202"),
@@ -148,7 +148,7 @@ NUMBERS = [
     compiling("range of nan", "inputs: {x: [.nan, .nan]}\nequations: [w = x]", "E111"),
     compiling("range of 1e300", "inputs: {x: [-1e300, 1e300]}\nequations: [w = x*x]", "E410", "E411"),
     compiling("range of 1e-300", "inputs: {x: [1e-300, 2e-300]}\nequations: [w = x*x]"),
-    compiling("range of zero", "inputs: {x: [0, 0]}\nequations: [w = x/x]", "E320", "E410", "W320"),
+    compiling("range of zero", "inputs: {x: [0, 0]}\nequations: [w = x/x]", "ok"),
     compiling("range upside down", "inputs: {x: [1, 0]}\nequations: [w = x]", "E211"),
     compiling("fractions that grow", one("+".join(f"x/{2 * i + 1}" for i in range(300)))),
     compiling(
@@ -171,7 +171,7 @@ EXPRESSIONS = [
     compiling("10,000 signs", one("-" * 10_000 + "x"), "E104"),
     compiling("10,000 roots", one("sqrt(" * 6000 + "x" + ")" * 6000), "E104"),
     compiling("100 sines", one("sin(" * 99 + "x" + ")" * 99)),
-    compiling("100 exponentials", one("exp(" * 99 + "x" + ")" * 99), "E410", "W410", "E320"),
+    compiling("100 exponentials", one("exp(" * 99 + "x" + ")" * 99), "ok", "E410", "E320"),
     compiling("100 powers", one("x" + "**1" * 120), "E104"),
     compiling("20,000 products", one("*".join(["x"] * 9_900)), "E415"),
     compiling("20,000 quotients", one("/".join(["x"] * 9_900)), "E415"),
@@ -277,7 +277,7 @@ SOLVES = [
 
 SIZES = [
     compiling("500 joints", table(500), "E104"),
-    compiling("32 joints 16 times", table(32, 16), "E415", "E104"),
+    compiling("32 joints 16 times", table(32, 16)),
     compiling("32 joints 17 times", table(32, 17), "E104"),
     compiling("32 right angles", table(32, 1, "pi/2", "modified")),
     compiling(
@@ -305,12 +305,11 @@ SIZES = [
         "thousands of poles",
         "inputs: {x: [-1, 1], y: [-1, 1]}\nequations:\n"
         + lines(["w0 = x", *(f"w{i} = 1/(w{i - 1} + y/{i})" for i in range(1, 1200))]),
-        "E410", "E104", "E415", "W321",
+        "ok", "E410",
     ),
     compiling(
         "products of cross products",
         HEAD + lines(['vector: "v = ' + "cross([x,y,z]+" * 90 + "[x,y,z]" + ", [y,z,x])" * 90 + '"']),
-        "E104",
     ),
     compiling(
         "a thousand vectors",
@@ -324,12 +323,10 @@ SIZES = [
     compiling(
         "20,000 assumptions",
         one("x+y+z") + "assume:\n" + lines(f"x**{i % 60 + 2} < 2" for i in range(18_000)),
-        "E104",
     ),
     compiling(
         "assumptions of thousands of terms",
         one("x+y+z") + "assume:\n" + lines(["+".join(["sin(x)"] * 3000) + " > 0"] * 20),
-        "E104",
     ),
 ]  # fmt: skip
 

@@ -7,7 +7,7 @@ from importlib import resources
 
 from tests.hostile.cases import Case, Content
 
-PROBLEM = "inputs: {x: [0.5, 1], y: [0.1, 0.9]}\nequations: [w = atan2(y, x)]\n"
+PROBLEM = "inputs: {x: [0.5, 1], y: [0.1, 0.9]}\nequations: ['w = atan2(y, x)']\n"
 KINEMATIC = resources.files("cordicc.targets").joinpath("kinematic.yaml").read_text(encoding="utf-8")
 FIXED = resources.files("cordicc.targets").joinpath("fixed24.yaml").read_text(encoding="utf-8")
 
