@@ -218,7 +218,8 @@ def rewrite(
     watch: Watch | None = None,
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
-    context = Context(input_intervals(problem), goal)
+    costs = Costs.of(target, implicit=implicit, preferred=preferred)
+    context = Context(input_intervals(problem), goal, costs.floating)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:
@@ -229,7 +230,6 @@ def rewrite(
         if watch is not None:
             watch(step.name, graph)
     # One realisation is certain now; around it the search looks for the cheapest.
-    costs = Costs.of(target, implicit=implicit, preferred=preferred)
     choice = cheapest(problem, graph, context, costs)
     if watch is not None:
         watch("search", choice.graph)

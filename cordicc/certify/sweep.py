@@ -64,8 +64,8 @@ class Forward:
         if isinstance(operand, Constant):
             exact = operand.interval
             error = 0.0 if self.exact else operand.error
-            box = Boxes(np.full(self.count, exact.lo), np.full(self.count, exact.hi)).widened(error)
-            return box, np.full(self.count, error)
+            box = Boxes(np.full(self.count, exact.lo), np.full(self.count, exact.hi))
+            return (box.widened(error) if error else box), np.full(self.count, error)
         return self.values[operand], self.moved[operand]
 
 
