@@ -28,7 +28,7 @@ def test_names_are_unique() -> None:
     assert len({case.name for case in CASES}) == len(CASES)
 
 
-@pytest.mark.parametrize("case", map(marked, CASES))
+@pytest.mark.parametrize("case", [marked(case) for case in CASES])
 def test_ends_well(case: Case, tmp_path: Path) -> None:
     case.lay_out(tmp_path)
     before = {path.name for path in tmp_path.iterdir()}
