@@ -20,6 +20,10 @@ from cordicc.rewrite.store import Store
 _TERMS = 300
 
 
+_SQUARE = {(True, frozenset[Key]())}
+"""What is demanded of a radicand that is a square."""
+
+
 @dataclass(frozen=True, slots=True)
 class Requirement:
     """A condition: (class, option) pairs that meet it, else a guard of a class, if there is one."""
@@ -209,7 +213,7 @@ def _of_node(
     facts = _root_facts(store, op, operands)
     angle_used = any(v.result == 1 for v in results)
     if facts is not None and not angle_used:
-        if _root_proven(store, op, operands):
+        if facts.radicands == _SQUARE or _root_proven(store, op, operands):
             return
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
@@ -242,7 +246,7 @@ def _circular(
     for factor in () if nonzero else sorted(facts.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
         yield Requirement(tuple(sorted(met)), None, "nonzero")
-    if op == "implicit" and not real and facts.radicands != {(True, frozenset())}:
+    if op == "implicit" and not real and facts.radicands != _SQUARE:
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
         yield Requirement(tuple(sorted(met)), None, "nonnegative")

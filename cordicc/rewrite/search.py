@@ -26,6 +26,7 @@ from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.keys import Key, RotorKey
 from cordicc.rewrite.lifting import Lifting
 from cordicc.rewrite.options import alternatives
+from cordicc.rewrite.perfect import add_perfect_squares, add_roots_of_products
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
 from cordicc.rewrite.rotors import MOST_TURNS
@@ -88,11 +89,13 @@ def search(
     _add_circles(store, graphs[0], moved[0], angles)
     add_frames(store)
     add_principal_values(store)
+    add_perfect_squares(store)
     add_unit_vectors(store)
     add_offsets(store)
     add_sums_of_vectors(store)
     if lift:
         _lift(store, outputs)
+    add_roots_of_products(store)
     _add_sums(store)
     add_norms(store)
     add_norm_chains(store)

@@ -1,0 +1,137 @@
+"""Roots of squares, and angles through them: sqrt(q^2) is |q|, and acos(C/B) the angle of (C, |q|).
+
+The second result w of an implicit unit has w^2 = B^2 + A^2 - C^2.  Where that is a square, as for the cosine
+of the angle between two vectors, whose sine is their cross product by their lengths, acos(C/B) is the angle
+of (C, |q|), of which common factors that are never negative are left out.  The product of two roots is the
+root of the product.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from fractions import Fraction
+
+from cordicc.ir.graph import Node, Value
+from cordicc.rewrite.field import LOOKUP_TERMS, Element, Poly, TooLarge, rational
+from cordicc.rewrite.parts import rest_squared, square_root
+from cordicc.rewrite.roots import square_root_of
+from cordicc.rewrite.store import Store
+from cordicc.rewrite.synthesis import Synthesis
+
+
+def add_perfect_squares(store: Store) -> None:
+    """Add the absolute value for each root of a square, and the angles of equations with such a rest."""
+    synthesis = Synthesis(store)
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        radicand = _radicand(store, node)
+        with suppress(TooLarge, ZeroDivisionError):
+            q = None if radicand is None else _square_root(store, radicand)
+            if q is None or q.constant is not None:
+                continue
+            store.begin(node.origin)
+            store.reason = ("the root of a square is an absolute value",)
+            poly = store.field.display(q)
+            if poly is not None:
+                size = _size(store, synthesis.polynomial(poly))
+                store.union(Value(index, 1 if node.op == "implicit" else 0), size)
+            if node.op == "implicit":
+                _add_angle(store, synthesis, index, node, q)
+
+
+def _radicand(store: Store, node: Node) -> Element | None:
+    """Return the square of the root that an operation takes."""
+    field = store.field
+    operands = [store.element(v) for v in node.operands]
+    known = [e for e in operands if e is not None]
+    if len(known) < len(operands) or any(len(e.num) > LOOKUP_TERMS for e in known):
+        return None
+    with suppress(TooLarge):
+        if node.op == "implicit":
+            return rest_squared(field, int(node.params[0]), known)
+        if node.op == "vector" and node.params[0] != 0:
+            squares = [field.mul(e, e) for e in known[:2]]
+            return field.add(squares[0], field.scale(Fraction(node.params[0]), squares[1]))
+        if node.op == "lightcone":
+            return field.mul(*known)
+    return None
+
+
+def _square_root(store: Store, radicand: Element) -> Element | None:
+    """Return an element with a given square, whatever its sign; the denominator may have any root."""
+    if radicand.is_zero:
+        return None
+    num = _halved(store, radicand.num)
+    if num is None or store.poly_sign(radicand.den) <= 0:
+        return None
+    below = square_root(store, Element(radicand.den, store.field.one))
+    return store.field.div(Element(num, store.field.one), below)
+
+
+def _halved(store: Store, poly: Poly) -> Poly | None:
+    """Return a polynomial of which one is the square."""
+    if len(poly) > LOOKUP_TERMS:
+        return None
+    constant, factors = store.field.factors(poly)
+    number = square_root_of(rational(constant)) if constant > 0 else None
+    if number is None or any(exponent % 2 for _, exponent in factors):
+        return None
+    root = store.field.number(number).num
+    for base, exponent in factors:
+        root = root * base ** (exponent // 2)
+    return root
+
+
+def _size(store: Store, value: Value) -> Value:
+    return store.make("abs", (value,))[0]
+
+
+def _add_angle(store: Store, synthesis: Synthesis, index: int, node: Node, q: Element) -> None:
+    """Add the angle of an equation with one coefficient as that of a vector with the components C and |q|."""
+    A, B, C = node.operands
+    field, element = store.field, store.element(C)
+    cosine = store.constant(A) == 0 and node.params[1] == "+" and store.sign(B) > 0
+    sine = store.constant(B) == 0 and node.params[1] == "-" and store.sign(A) > 0
+    if node.params[0] != 1 or element is None or not (cosine or sine):
+        return
+    ratio = field.div(element, q)
+    scale = field.div(q, Element(ratio.den, field.one))
+    sign = store.poly_sign(scale.num) * store.poly_sign(scale.den)
+    components = [field.display(Element(p, field.one)) for p in (ratio.num, ratio.den)]
+    if sign == 0 or any(poly is None for poly in components):
+        return
+    store.reason = ("acos(C/B) is the angle of (C, w), asin(C/A) that of (w, C), w^2 = B^2 - C^2 a square",)
+    along, across = (synthesis.polynomial(poly) for poly in components)
+    along = along if sign > 0 else store.make("neg", (along,))[0]
+    pair = (along, _size(store, across))
+    made = store.make("vector", (*(pair if cosine else reversed(pair)), store.const(0)), (1, 1))
+    store.union(made[1], Value(index, 0))
+    store.rotors.rotor(made[1])
+
+
+def add_roots_of_products(store: Store) -> None:
+    """Add the product of two roots as the root of the product."""
+    store.reason = ("the product of two roots is the root of the product",)
+    squares = _squares(store)
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        if node.op != "mul" or node.operands[0] == node.operands[1]:
+            continue
+        first, second = (squares.get(store.find(v)) for v in node.operands)
+        if first is not None and second is not None:
+            store.begin(node.origin)
+            made = store.make("lightcone", (first, second))
+            store.union(made[0], Value(index))
+
+
+def _squares(store: Store) -> dict[Value, Value]:
+    """Return the squares of values that are roots of a sum or product of two."""
+    found: dict[Value, Value] = {}
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        root = store.find(Value(index))
+        if root in found:
+            continue
+        if node.op == "vector" and node.params[0] == 1:
+            x, y = node.operands[:2]
+            found[root] = store.add(store.mul(x, x), store.mul(y, y))
+        elif node.op == "lightcone":
+            found[root] = store.mul(*node.operands)
+    return found
