@@ -3,16 +3,19 @@
     python benchmarks/emulator.py [--samples N] [--repeat K]
 
 On one core, in one run: NumPy, numba if it is installed, and, if there is a C compiler (`cc`), the C model of
-the plan and a hand-written loop of the same vectoring over blocks, both with -O3 for this machine.  A unit
-operation is one of a CAU; samples go in as numbers and come out as numbers, rounding to words included.
-All must give the same bits.  Times are the best of K, in process time; ratios are to the fastest.
+the plan and loops over blocks by hand (`hand_written.c`, in the order of the plan's operations), both with
+-O3 for this machine.  A unit operation is one of a CAU; samples go in as numbers and come out as numbers,
+rounding to words included.  All must give the same bits.  Times are the best of K, in process time; ratios
+are to the loops by hand, and the run fails if numba or the C model take more than twice as long.
 """
 
 import argparse
 import copy
 import ctypes
+import math
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -23,17 +26,24 @@ from pathlib import Path
 import numpy as np
 
 import cordicc
-from cordicc.arith.cau import Cau, standard_table
+from cordicc.arith.cau import implicit_table, standard_table
 from cordicc.arith.compiled import available, compiled_arithmetic
+from cordicc.arith.floating import TAU_HEAD, TAU_TAIL
+from cordicc.arith.formats import PI_SLACK
+from cordicc.arith.machine import Arithmetic
 from cordicc.arith.reduction import SCALE_BITS
-from cordicc.arith.sequences import pi_fixed
+from cordicc.arith.sequences import FACTOR_BITS, pi_fixed
 from cordicc.emulate import functional
 from cordicc.emulate.sampling import draw
 from cordicc.observation import machine_of
+from cordicc.plan import Operand, dependence_order
 from cordicc.targets.model import CAU_KINDS
 
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
+HAND_WRITTEN = Path(__file__).with_name("hand_written.c")
+BLOCK = 256
 STAGES = 24
+MOST_TIMES = 2.0
 MOST_SAMPLES = 1_000_000
 PROBLEM = """
 name: vectoring
@@ -43,71 +53,6 @@ equations:
   - angle = atan2(y, x)
 """
 FLAGS = ["-std=c99", "-O3", "-march=native", "-shared", "-fPIC"]
-
-HAND_WRITTEN = """
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#define BLOCK 256
-static const int64_t ANGLES[] = {@ANGLES@};
-static int64_t unpack(float v, int64_t *e) {
-    int64_t bits; double d = v; memcpy(&bits, &d, 8);
-    int64_t zero = -(d == 0), s = bits >> 63;
-    *e = ((((bits >> 52) & 0x7ff) - 1022 - 24) & ~zero) | (-4096 & zero);
-    return ((((bits & 0xfffffffffffff) | 0x10000000000000) >> 29 ^ s) - s) & ~zero;
-}
-static int64_t shifted(int64_t m, int64_t right) {
-    int64_t left = right < 0 ? -right : 0, count = right > 0 ? right : 0;
-    if (left > 62) left = 62;
-    if (count > 62) count = 62;
-    return (int64_t)((uint64_t)m << left) + ((INT64_C(1) << count) >> 1) >> count;
-}
-static double power(int64_t e) {
-    if (e < -1022) e = -1022;
-    if (e > 1023) e = 1023;
-    int64_t bits = (e + 1023) << 52; double d; memcpy(&d, &bits, 8); return d;
-}
-void run(const double *x, const double *y, int64_t count, double *norm, double *angle) {
-    static int64_t a[BLOCK], b[BLOCK], c[BLOCK], ae[BLOCK], be[BLOCK], e[BLOCK];
-    for (int64_t begin = 0; begin < count; begin += BLOCK) {
-        int n = (int)(count - begin < BLOCK ? count - begin : BLOCK);
-        const double *u = x + begin, *v = y + begin;
-        for (int i = 0; i < n; i++) a[i] = unpack((float)u[i], &ae[i]);
-        for (int i = 0; i < n; i++) b[i] = unpack((float)v[i], &be[i]);
-        for (int i = 0; i < n; i++) e[i] = (ae[i] > be[i] ? ae[i] : be[i]) - @ROOM@;
-        for (int i = 0; i < n; i++) {
-            int64_t side = a[i] >> 63, up = b[i] >> 63;
-            c[i] = ((@HALF_TURN@ ^ up) - up) & side;
-            a[i] = (shifted(a[i], e[i] - ae[i]) ^ side) - side;
-            b[i] = (shifted(b[i], e[i] - be[i]) ^ side) - side;
-        }
-        for (int step = 0; step < @STAGES@; step++) {
-            int64_t half = (INT64_C(1) << step) >> 1, turn = ANGLES[step];
-            for (int i = 0; i < n; i++) {
-                int64_t mask = b[i] >> 63, by = (b[i] + half) >> step;
-                b[i] -= (((a[i] + half) >> step) ^ mask) - mask;
-                a[i] += by < 0 ? -by : by;
-                c[i] += (turn ^ mask) - mask;
-            }
-        }
-        for (int i = 0; i < n; i++) {
-            int64_t low = a[i] & 7, high = a[i] >> 3, g = @GAIN@;
-            int64_t carry = (low * g + (INT64_C(1) << @GAIN_SHIFT_LESS_1@)) >> 3;
-            int64_t q = (high * g + carry) >> (@GAIN_SHIFT@ - 3);
-            norm[begin + i] = (float)((double)q * power(e[i] - @SCALE_BITS@));
-        }
-        for (int i = 0; i < n; i++) {
-            int64_t least = v[i] >= 0 ? 0 : -@HALF_TURN@, most = v[i] > 0 || u[i] < 0 ? @HALF_TURN@ : 0;
-            int64_t t = c[i] < least ? least : c[i];
-            t = t > most ? most : t;
-            float word = (float)((double)t * @ANGLE_UNIT@);
-            float pi = 3.14159250259399414f;
-            word = word > pi ? pi : word < -pi ? -pi : word;
-            angle[begin + i] = (float)u[i] == 0 && (float)v[i] == 0 ? NAN : word;
-        }
-    }
-}
-"""
 
 DRIVER = """
 #include "@NAME@.h"
@@ -149,28 +94,99 @@ def shortened(plan: cordicc.Plan) -> cordicc.Plan:
     return replace(plan, target=target)
 
 
-def hand_written(folder: Path, unit: Cau, samples: Answer) -> Callable[[], Answer]:
+def constants(machine: Arithmetic, steps: int) -> str:
+    """Return the constants of the hand-written loops."""
+    unit = machine.caus["standard"]
     table = standard_table(unit, 1)
+    assert table.shifts == tuple(range(steps))
     shift = table.coordinate_bits + 1 - SCALE_BITS
-    text = filled(
-        HAND_WRITTEN,
-        ANGLES=", ".join(f"INT64_C({angle})" for angle in table.angles),
-        STAGES=STAGES,
-        ROOM=unit.fraction_bits - unit.operand_bits,
-        HALF_TURN=f"INT64_C({pi_fixed(unit.angle_bits)})",
-        GAIN=f"INT64_C({table.inverse_gain})",
-        GAIN_SHIFT_LESS_1=shift - 1,
-        GAIN_SHIFT=shift,
-        SCALE_BITS=SCALE_BITS,
-        ANGLE_UNIT=float(2.0**-unit.angle_bits).hex(),
+    lines = {
+        "BLOCK": BLOCK,
+        "VECTOR_STEPS": steps,
+        "ROOM": unit.fraction_bits - unit.operand_bits,
+        "SCALE_BITS": SCALE_BITS,
+        "HALF_TURN": f"INT64_C({pi_fixed(unit.angle_bits)})",
+        "ANGLE_SCALE": float(2.0**unit.angle_bits).hex(),
+        "GAIN": f"INT64_C({table.inverse_gain})",
+        "GAIN_SHIFT": shift,
+        "PI_LIMIT": (math.pi + PI_SLACK).hex(),
+        "TAU": math.tau.hex(),
+        "TAU_HEAD": TAU_HEAD.hex(),
+        "TAU_TAIL": TAU_TAIL.hex(),
+    }
+    growth: tuple[int, ...] = ()
+    implicit = machine.caus.get("implicit")
+    if implicit is not None and implicit.iterations == steps:
+        solved = implicit_table(implicit, 1)
+        assert solved.steps.angles == table.angles
+        assert solved.quarter_turns
+        growth = solved.steps.target_factors
+        lines |= {"IMPLICIT_STEPS": steps, "TOLERANCE": solved.tolerance, "FACTOR_BITS": FACTOR_BITS}
+    text = "".join(f"#define {name} ({value})\n" for name, value in lines.items())
+    for name, numbers in (("ANGLES", table.angles), ("GROWTH", growth)):
+        listed = ", ".join(f"INT64_C({number})" for number in numbers)
+        text += f"static const int64_t {name}[] = {{{listed}}};\n" if numbers else ""
+    return text
+
+
+def calls(plan: cordicc.Plan) -> str:
+    """Return a function that runs a plan on columns of samples, block by block."""
+    names: dict[str, str] = {}
+    fixed: dict[str, str] = {}
+
+    def operand(each: Operand) -> str:
+        if each.value is not None:
+            return names[each.value]
+        assert each.constant is not None
+        return fixed.setdefault(each.constant, f"k{len(fixed)}")
+
+    inputs = [str(item["name"]) for item in plan.problem["inputs"]]
+    lines = []
+    for at, name in enumerate(inputs):
+        names[name] = f"v{len(names)}"
+        lines.append(f"for (int i = 0; i < n; i++) {names[name]}[i] = (float)in[{at}][begin + i];")
+    for operation in dependence_order(plan):
+        values = [operand(each) for each in operation.operands]
+        if operation.op == "cmul":
+            values.append(operand(Operand(constant=operation.params["factor"])))
+        if operation.op in ("vector", "implicit"):
+            assert operation.params["m"] == 1
+            sign = operation.params.get("sign") or {"+": 1, "-": -1}[operation.params["branch"]]
+            values.append(str(sign))
+        for result in operation.results:
+            made = f"v{len(names)}"
+            names[result or made] = made
+            values.append(made)
+        function = {"cmul": "mul"}.get(operation.op, operation.op)
+        lines.append(f"{function}({', '.join(values)}, n);")
+    for at, each in enumerate(plan.outputs.values()):
+        lines.append(f"for (int i = 0; i < n; i++) out[{at}][begin + i] = {operand(each)}[i];")
+    arrays = ", ".join(f"{name}[BLOCK]" for name in (*names.values(), *fixed.values()))
+    start = "".join(f"    for (int i = 0; i < BLOCK; i++) {n}[i] = {t}F;\n" for t, n in fixed.items())
+    body = "".join(f"        {line}\n" for line in lines)
+    return (
+        f"static float {arrays};\nvoid run(const double **in, long count, double **out)\n{{\n{start}"
+        "    for (long begin = 0; begin < count; begin += BLOCK) {\n"
+        f"        int n = (int)(count - begin < BLOCK ? count - begin : BLOCK);\n{body}    }}\n}}\n"
     )
-    run = library(folder, "hand", text).run
-    x, y = samples["x"], samples["y"]
-    norm, angle = np.empty(x.size), np.empty(x.size)
+
+
+def hand_written(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[[], Answer]:
+    machine = machine_of(plan)
+    here = folder / f"{plan.name}.hand"
+    here.mkdir()
+    (here / "constants.h").write_text(
+        constants(machine, machine.caus["standard"].iterations), encoding="utf-8"
+    )
+    (here / "calls.h").write_text(calls(plan), encoding="utf-8")
+    run = library(here, "hand", HAND_WRITTEN.read_text(encoding="utf-8")).run
+    columns = [np.ascontiguousarray(samples[item["name"]]) for item in plan.problem["inputs"]]
+    out = {name: np.empty(columns[0].size) for name in plan.outputs}
+    ins, outs = ((ctypes.c_void_p * len(a))(*(c.ctypes.data for c in a)) for a in (columns, out.values()))
 
     def call() -> Answer:
-        run(pointer(x), pointer(y), ctypes.c_int64(x.size), pointer(norm), pointer(angle))
-        return {"norm": norm, "angle": angle}
+        run(ins, ctypes.c_long(columns[0].size), outs)
+        return out
 
     return call
 
@@ -196,7 +212,8 @@ def c_model(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[[], A
 
 def measure(
     title: str, plan: cordicc.Plan, runs: dict[str, Callable[[], Answer]], args: argparse.Namespace
-) -> None:
+) -> bool:
+    """Print the speeds; tell whether numba and the C model are fast enough."""
     operations = sum(operation.kind in CAU_KINDS for operation in plan.operations)
     print(f"{title}: {operations} unit operations a sample, {args.samples} samples")
     expected = runs["NumPy"]()
@@ -212,22 +229,25 @@ def measure(
             run()
             best = min(best, time.process_time() - before)
         seconds[name] = best
-    fastest = min(seconds.values())
+    yardstick = seconds.get("C by hand", min(seconds.values()))
     for name, spent in seconds.items():
         rate = args.samples / spent
         print(
             f"  {name:<14} {rate / 1e6:8.2f} M samples/s  {rate * operations / 1e6:8.2f} M unit operations/s"
-            f"  {spent / fastest:6.2f} times the fastest"
+            f"  {spent / yardstick:6.2f} times {'C by hand' if 'C by hand' in seconds else 'the fastest'}"
         )
+    slow = [name for name in ("numba", "C model") if seconds.get(name, 0.0) > MOST_TIMES * yardstick]
+    return "C by hand" not in seconds or not slow
 
 
-def main() -> None:
+def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--samples", type=int, default=400_000)
     parser.add_argument("--repeat", type=int, default=5)
     args = parser.parse_args()
     if args.samples > MOST_SAMPLES:
         parser.error(f"at most {MOST_SAMPLES} samples: longer runs take compiled units by themselves")
+    good = True
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "vectoring.yaml").write_text(PROBLEM, encoding="utf-8")
@@ -241,9 +261,10 @@ def main() -> None:
                 runs["numba"] = _emulator(plan, compiled_arithmetic(machine), samples)
             if shutil.which("cc") and find_spec("cordicc.backends.c_model"):
                 runs["C model"] = c_model(folder, plan, samples)
-            if shutil.which("cc") and plan is vectoring:
-                runs["C by hand"] = hand_written(folder, machine.caus["standard"], samples)
-            measure(title, plan, runs, args)
+            if shutil.which("cc"):
+                runs["C by hand"] = hand_written(folder, plan, samples)
+            good &= measure(title, plan, runs, args)
+    return int(not good)
 
 
 def _emulator(plan: cordicc.Plan, machine: functional.Arithmetic, samples: Answer) -> Callable[[], Answer]:
@@ -251,4 +272,4 @@ def _emulator(plan: cordicc.Plan, machine: functional.Arithmetic, samples: Answe
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

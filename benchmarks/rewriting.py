@@ -96,6 +96,7 @@ def main() -> None:
     options = parser.parse_args()
     print("{:24}{:>12}{:>12}{:>9}{:>9}{:>9}{:>8}  note".format(*HEADER))
     totals = [0, 0, 0, 0]
+    sums = [(0, 0, 0), (0, 0, 0)]
     for name, (shared, paired, hand) in BY_HAND.items():
         if options.problems and name not in options.problems:
             continue
@@ -104,11 +105,14 @@ def main() -> None:
         more = [what for what, a, b in zip(("CAUs", "mul", "depth"), ours, hand, strict=True) if a > b]
         for index, number in enumerate((ours[0], hand[0], shared, paired)):
             totals[index] += number
+        sums = [tuple(map(sum, zip(*pair, strict=True))) for pair in zip(sums, (ours, hand), strict=True)]
         shown = ["/".join(map(str, each)) for each in (ours, hand)]
         proven = "yes" if choice.proven else "no"
         print(f"{name:24}{shown[0]:>12}{shown[1]:>12}{shared:9}{paired:9}{proven:>9}{seconds:8.2f}", end="")
         print("  more " + ", ".join(more) if more else "", flush=True)
-    print("{:24}{:12}{:12}{:9}{:9}".format("sum of CAUs", *totals))
+    shown = ["/".join(map(str, each)) for each in sums]
+    print(f"{'sum':24}{shown[0]:>12}{shown[1]:>12}{totals[2]:9}{totals[3]:9}")
+    print(f"CAUs in all: {totals[0]}, by hand {totals[1]}, shared {totals[2]}, paired {totals[3]}")
 
 
 HEADER = ("problem", "rewritten", "by hand", "shared", "paired", "proven", "s")

@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cordicc import pipeline
+from cordicc.backends import raster
+from cordicc.backends.diagram import PAGE_WIDTH
+from cordicc.backends.labels import headline
+from cordicc.backends.report import fragment
 from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
-from cordicc.files import read_text
+from cordicc.files import read_text, write_file
 from cordicc.ir.problem import Problem
 from cordicc.observation import machine_of
 from cordicc.plan import Plan as PlanData
@@ -24,8 +28,34 @@ from cordicc.targets.model import DEFAULT_TARGET
 
 
 @dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as SVG, which notebooks show."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def converted(self, suffix: str) -> str | bytes:
+        """Return the picture in the format of a file name's end: `.svg`, `.png`, `.pdf`; none means SVG.
+
+        Raises:
+            InvalidInput: another suffix (E651), or what PNG and PDF take is not installed (E650).
+        """
+        kind = suffix.removeprefix(".").lower() or "svg"
+        if kind not in raster.FORMATS:
+            message = f"pictures are written as .{', .'.join(raster.FORMATS)}, not '{suffix}'"
+            raise InvalidInput([Diagnostic("E651", message)])
+        return raster.convert(self.svg, kind)
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture; raises InvalidInput as `converted`, or if the file cannot be written."""
+        write_file(Path(path), self.converted(Path(path).suffix))
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Plan(PlanData):
-    """A hardware plan that can be run."""
+    """A hardware plan that can be run, and that notebooks show with its datapath and figures."""
 
     @classmethod
     def of(cls, data: PlanData) -> Plan:
@@ -61,6 +91,32 @@ class Plan(PlanData):
         if wrong:
             raise InvalidInput(Diagnostic("E610", message) for message in wrong)
         return arrays
+
+    def picture(self, view: str = "datapath", width: float | None = PAGE_WIDTH) -> Picture:
+        """Return a picture of the plan.
+
+        Args:
+            view: `datapath`, `schedule` or `graph`.
+            width: datapath and graph are folded into rows of about so many pixels; None: one row.
+
+        Raises:
+            InvalidInput: an unknown view.
+        """
+        if view not in pipeline.VIEWS:
+            message = f"there is no view '{view}': {', '.join(pipeline.VIEWS)}"
+            raise InvalidInput([Diagnostic("E652", message)])
+        return Picture(pipeline.picture(self, view, width))
+
+    def report(self) -> str:
+        """Return the page `report.html`."""
+        return pipeline.report_page(self)
+
+    def __repr__(self) -> str:
+        """Return name and key figures on one line."""
+        return f"<Plan {self.name}: {headline(self)}>"
+
+    def _repr_html_(self) -> str:
+        return fragment(self)
 
     def to_json(self) -> str:
         """Return the text of plan.json."""

@@ -97,7 +97,7 @@ def main() -> None:
 @click.option(
     "--certify/--no-certify",
     default=None,
-    help="Prove error bounds of the outputs.  [default: on fixed-point targets]",
+    help="Prove error bounds of the outputs.  [default: on fixed-point targets, and for a max_error]",
 )
 @click.option("--explain", is_flag=True, help="Print how each operation came about.")
 @click.option("--json", "as_json", is_flag=True, help="Print the plan's figures as one JSON object.")
@@ -222,7 +222,7 @@ def simulate(
     vcd_samples: int,
     as_json: bool,
 ) -> None:
-    """Run a plan, bit-true, and compare it with the equations.
+    """Run a plan, bit-true, compare it with the equations and judge the bounds that it states.
 
     PLAN is a plan.json; a problem FILE is compiled first with the default options.
 
@@ -253,8 +253,8 @@ def simulate(
         _write_or_print(vcd, waveform.render(run.plan, first))
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
-            _tell([Diagnostic("W615", message, hint="--vcd-samples", severity=Severity.WARNING)])
-    run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report))
+            _tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
+    ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
 
 
 def _write_or_print(path: Path, text: str) -> None:
@@ -287,13 +287,36 @@ def _plan_or_problem(path: Path) -> Plan:
     show_default=True,
     help="What to draw.",
 )
-@click.option("-o", "--output", type=_FILE, metavar="FILE.svg", help="Write here instead of stdout.")
-def draw(plan: Path, view: str, output: Path | None) -> None:
-    """Draw a plan.json as SVG."""
-    from cordicc.api import load_plan
-    from cordicc.pipeline import picture
+@click.option(
+    "--width",
+    type=click.IntRange(min=0),
+    default=1240,
+    show_default=True,
+    metavar="PIXELS",
+    help="Fold datapath and graph into rows about so wide; 0: one row.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=_FILE,
+    metavar="FILE.svg|png|pdf",
+    help="Write here instead of stdout; PNG and PDF take 'cordicc[pictures]'.",
+)
+def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
+    """Draw a plan.json as SVG, PNG or PDF.
 
-    _write_or_print(output if output is not None else Path("-"), picture(load_plan(plan), view))
+    \b
+    cordicc draw build/arm/plan.json -o arm.svg
+    cordicc draw build/arm/plan.json --view schedule -o arm.pdf
+    """  # noqa: D301
+    from cordicc.api import load_plan
+    from cordicc.files import write_file
+
+    picture = load_plan(plan).picture(view, width or None)
+    if output is None or str(output) == "-":
+        click.echo(picture.svg, nl=False)
+    else:
+        write_file(output, picture.converted(output.suffix))
 
 
 @main.command()

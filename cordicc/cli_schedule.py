@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from cordicc.explore import Front
 
 _FILE = click.Path(path_type=Path)
 
@@ -95,6 +98,8 @@ def explore(
 ) -> None:
     """Find the trade-off of processors, latency, interval and FIFO words of a problem FILE.
 
+    The plot goes to build/<name>/ and, if a plan of the problem is there, into its report.
+
     \b
     cordicc explore arm.yaml
     cordicc explore leg.yaml --copies 6 --json
@@ -108,9 +113,31 @@ def explore(
             click.echo(f"\r{done}/{count} points", err=True, nl=done == count)
 
     result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
-    picture = front.render(result.title, [point.mark() for point in result.points])
+    plot = result.plot()
+    picture = front.render(plot.title, plot.marks)
     if output is None:
-        write_files(Path("build") / result.name, {"explore.svg": picture})
+        folder = Path("build") / result.name
+        write_files(folder, {"explore.svg": picture} | _report(folder, result))
     else:
         write_file(output, picture)
     click.echo(study.as_json(result) if as_json else study.as_text(result), nl=False)
+
+
+def _report(folder: Path, front: Front) -> dict[str, str]:
+    """Return the report of the plan in a folder with the trade-off in it; nothing without such a plan."""
+    from cordicc.api import load_plan
+    from cordicc.diagnostics import Diagnostic, InvalidInput, Severity
+    from cordicc.pipeline import report_page
+
+    if not (folder / "plan.json").is_file():
+        return {}
+    reason = "it is of another problem"
+    try:
+        plan = load_plan(folder / "plan.json")
+        if front.is_of(plan):
+            return {"report.html": report_page(plan, front.plot())}
+    except InvalidInput as error:
+        reason = error.diagnostics[0].message
+    message = f"the report of {folder / 'plan.json'} was left as it is: {reason}"
+    click.echo(Diagnostic("W722", message, severity=Severity.WARNING).render(), err=True)
+    return {}

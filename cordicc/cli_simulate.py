@@ -11,16 +11,19 @@ from typing import Any, NamedTuple
 
 import click
 
+from cordicc.arith.intervals import Interval
+from cordicc.certify.plans import StatedBounds
 from cordicc.diagnostics import Diagnostic
 from cordicc.emulate import cycle, extremes, functional, golden
-from cordicc.emulate.histogram import Errors
+from cordicc.emulate.histogram import Errors, Worst
+from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
 from cordicc.emulate.progress import Progress
 from cordicc.emulate.sampling import draw_parts
-from cordicc.emulate.streaming import REFERENCE_SAMPLES, Report, Samples, Worst, run_parts
+from cordicc.emulate.streaming import REFERENCE_SAMPLES, Report, Samples, run_parts
 from cordicc.emulate.tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.text import parse_graph
-from cordicc.observation import DEFAULT_SAMPLES, angles_of, machine_of
+from cordicc.observation import DEFAULT_SAMPLES, angles_of, machine_of, reference_samples
 from cordicc.plan import Plan
 from cordicc.summary import comparison_data, comparison_text, count
 
@@ -51,21 +54,29 @@ class Run(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """How many samples are compared in high precision (None: none with anything); whether to search."""
+    """How many samples are compared in high precision (None: none with anything); whether to search.
+
+    With `fewer`, large problems have fewer: as many as `reference_samples` says.
+    """
 
     samples: int | None
     search: bool
+    fewer: bool = False
 
     @classmethod
     def of(cls, samples: int | None, none: bool, search: bool) -> Reference:
         """Return what the options ask for."""
-        return cls(None if none else REFERENCE_SAMPLES if samples is None else samples, search)
+        wanted = REFERENCE_SAMPLES if samples is None else samples
+        return cls(None if none else wanted, search, samples is None)
 
 
 def run_samples(
     run: Run, inputs: Path | None, random: int | None, seed: int, outputs: Path | None, reference: Reference
-) -> None:
-    """Run a plan on samples of a file or drawn ones; write the outputs and print the errors."""
+) -> int:
+    """Run a plan on samples of a file or drawn ones; write the outputs and print the errors.
+
+    Returns the exit status: 1 if a sample is beyond a bound that the plan states, which is told as well.
+    """
     plan = run.plan
     if inputs is None:
         total: int | None = random or DEFAULT_SAMPLES
@@ -84,16 +95,48 @@ def run_samples(
         take = _sink(outputs, list(plan.outputs), stack)
         stream = _again(first, parts)
         if reference.samples is None:
-            text = _only_run(run, stream, simulate, take, progress)
+            text, beyond = _only_run(run, stream, simulate, take, progress), []
         else:
             graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
-            report = run_parts(graph, angles, stream, simulate, take, progress.reached, reference.samples)
+            precise = reference_samples(graph) if reference.fewer else reference.samples
+            stated = StatedBounds.of(plan)
+            limits = None if stated is None else Limits(stated.values, stated.inside)
+            report = run_parts(graph, angles, stream, simulate, take, progress.reached, precise, limits)
             found = _search(plan, report, simulate) if reference.search else None
+            beyond = _beyond(report.judgement, found or {})
             if run.as_json:
                 text = _json(plan, report, found)
             else:
                 text = _text(plan, report) + (_details(plan, report, found) if reference.search else "")
     click.echo(text, nl=False, err=str(outputs) == "-")
+    run.tell(beyond)
+    return 1 if beyond else 0
+
+
+def _beyond(judgement: Judgement | None, found: Mapping[str, Worst | None]) -> list[Diagnostic]:
+    """Return a diagnostic for each output with samples beyond its bound, those of a search included."""
+    if judgement is None:
+        return []
+    for name, worst in found.items():
+        if worst is not None:
+            judgement.add_found(name, worst)
+    diagnostics = []
+    for name, judged in judgement.found.items():
+        if judged.worst is None:
+            continue
+        values = ", ".join(f"{n} = {number!r}" for n, number in judged.worst.inputs.items())
+        message = (
+            f"the error of '{name}' exceeds its proven bound {judged.bound:.3g}, {_how_many(judged)}: "
+            f"{judged.worst.error:.3g} at {values}"
+        )
+        hint = "a fault in cordicc, please report it, unless plan.json was changed"
+        diagnostics.append(Diagnostic("E620", message, hint=hint))
+    return diagnostics
+
+
+def _how_many(judged: Judged) -> str:
+    more = " or more" if judged.beyond >= MOST_BEYOND else ""
+    return f"in {judged.beyond}{more} of {count(judged.inside, 'sample')} inside"
 
 
 def _again(first: Samples, rest: Iterator[Samples]) -> Iterator[Samples]:
@@ -137,13 +180,13 @@ def _search(
     if plan.problem.get("samples"):
         return None
     graph = parse_graph(plan.problem["program"], "plan.json")
-    ranges = {item["name"]: (float(item["lo"]), float(item["hi"])) for item in plan.problem["inputs"]}
+    ranges = {item["name"]: Interval(item["lo"], item["hi"]) for item in plan.problem["inputs"]}
     inside = {
-        name: [w for w in worst if all(lo <= w.inputs[n] <= hi for n, (lo, hi) in ranges.items())]
+        name: [w for w in worst if all(each.lo <= w.inputs[n] <= each.hi for n, each in ranges.items())]
         for name, worst in report.worst.items()
     }
     return {
-        name: extremes.climb(graph, is_angle, name, ranges, inside[name], simulate)
+        name: extremes.search(graph, is_angle, name, ranges, inside[name], simulate)
         for name, is_angle in angles_of(plan.problem).items()
     }
 
@@ -159,10 +202,23 @@ def _json(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) 
         record["histogram"] = [[lower, number] for lower, number in report.errors[name].rows()]
         record["worst"] = [_worst_data(worst) for worst in report.worst[name]]
         record["screening_error"] = report.screening_error[name] if report.screened else None
+        record["judged"] = _judged_data(report.judgement, name)
         if found is not None:
             worst = found[name]
             record["search"] = None if worst is None else _worst_data(worst)
     return _dumped(data)
+
+
+def _judged_data(judgement: Judgement | None, output: str) -> dict[str, Any] | None:
+    if judgement is None or output not in judgement.found:
+        return None
+    judged = judgement.found[output]
+    return {
+        "samples": judged.samples,
+        "inside": judged.inside,
+        "beyond": judged.beyond,
+        "worst_beyond": None if judged.worst is None else _worst_data(judged.worst),
+    }
 
 
 def _worst_data(worst: Worst) -> dict[str, Any]:
@@ -170,7 +226,8 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
 
 
 def _text(plan: Plan, report: Report) -> str:
-    lines = [comparison_text(plan, report.comparison).rstrip("\n")]
+    judged = {} if report.judgement is None else report.judgement.found
+    lines = [comparison_text(plan, report.comparison, judged).rstrip("\n")]
     if report.screened:
         gaps = [gap for gap in report.screening_error.values() if gap is not None]
         known = f", there at most {max(gaps):.2g} from it" if gaps else ""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from cordicc.arith.cluster import executor as executor_of
 from cordicc.backends.front import Mark
+from cordicc.backends.report import Explored
 from cordicc.diagnostics import CordiccError, Diagnostic
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan import Operand, Plan
@@ -52,11 +53,8 @@ class Point:
     def mark(self) -> Mark:
         """Return the point as it is plotted."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.unit_counts.items())
-        tip = (
-            f"interval {self.initiation_interval}, latency {self.latency}, {self.fifo_words} FIFO words\n"
-            f"{counts}\n{_certificate(self)}"
-        )
-        return Mark(self.processors, self.latency, self.initiation_interval, self.fifo_words, tip)
+        figures = (self.processors, self.latency, self.initiation_interval, self.fifo_words)
+        return Mark(*figures, counts, _certificate(self))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +67,16 @@ class Front:
     copies: int
     points: tuple[Point, ...]
     tried: int
+    program: str = ""
+    """The equations as written, to recognise plans of the same problem."""
+
+    def plot(self) -> Explored:
+        """Return what is plotted."""
+        return Explored(self.title, [point.mark() for point in self.points])
+
+    def is_of(self, plan: Plan) -> bool:
+        """Tell whether a plan is of the same problem."""
+        return bool(plan.problem.get("program") == self.program)
 
 
 def workers(jobs: int | None, cluster: str | None) -> Executor:
@@ -115,9 +123,10 @@ def explore(
             done += tasks[task]
             progress(done, every)
         found = [point for task in tasks for point in task.result()]
-    name = next(iter(bases.values())).name
+    first = next(iter(bases.values()))
+    name, program = first.name, str(first.problem["program"])
     title = f"Trade-off of {name}" + (f", {copies} copies" if copies > 1 else "")
-    return Front(name, title, Path(target).stem, copies, _front(found), len(found))
+    return Front(name, title, Path(target).stem, copies, _front(found), len(found), program)
 
 
 def _load() -> None:

@@ -47,30 +47,34 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
     _write(folder, files, folder)
 
 
-def write_file(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all, into a folder that exists; a device is written to."""
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file, whole or not at all, into a folder that exists; a device is written to."""
     if path.is_dir():
         raise failure(path, "is a folder, not a file")
     if not path.parent.is_dir():
         raise failure(path, f"no such folder: {path.parent}")
     if path.exists() and not path.is_file():
         try:
-            path.write_text(text, encoding="utf-8", newline="")
+            path.write_bytes(_bytes(content))
         except OSError as error:
             raise failure(path, "cannot write the file", error) from None
         return
     final = path.resolve()
-    _write(final.parent, {final.name: text}, path)
+    _write(final.parent, {final.name: content}, path)
 
 
-def _write(folder: Path, files: Mapping[str, str], known_as: Path) -> None:
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
+
+
+def _write(folder: Path, files: Mapping[str, str | bytes], known_as: Path) -> None:
     staged: list[tuple[str, Path]] = []
     try:
-        for name, text in files.items():
+        for name, content in files.items():
             handle, aside = tempfile.mkstemp(dir=folder, prefix=".cordicc.")
             staged.append((aside, folder / name))
-            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-                file.write(text)
+            with os.fdopen(handle, "wb") as file:
+                file.write(_bytes(content))
                 file.flush()
                 os.fsync(file.fileno())
             os.chmod(aside, 0o666 & ~_umask())

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate import accuracy, functional, sampling
-from cordicc.observation import DEFAULT_SEED, angles_of, exact, machine_of
+from cordicc.observation import DEFAULT_SEED, exact, machine_of
 from cordicc.plan import Plan
 
 _SAMPLES = 2_000
@@ -22,19 +22,22 @@ _SHARES = (0.5, 0.9, 0.99, 1.0)
 
 
 def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable[[int], Plan]) -> Plan:
-    """Return the plan with the fewest guard bits that keeps the observed errors of every output small.
+    """Return the plan with the fewest guard bits that keeps the observed errors of the outputs small.
 
     Small is within one ulp of the output's word, or, where the rounding of the inputs alone makes more
     than that, within a tenth of what the most guard bits give; for the quantiles `_SHARES` of the errors.
+    An output with a `max_error` does not count: it says itself what is small, see `within_error.widened`.
 
     Args:
         problem: the problem as plans record it.
         most: the most guard bits to try.
         plan_with: makes the plan for a number of guard bits.
     """
+    angles = {o["name"]: o["angle"] for o in problem["outputs"] if o["max_error"] is None}
+    if not angles:
+        return plan_with(0)
     inputs = sampling.draw(problem, _SAMPLES, DEFAULT_SEED)
     reference = exact(problem, inputs)
-    angles = angles_of(problem)
 
     def quantiles(plan: Plan) -> dict[str, NDArray[np.float64]]:
         outputs = functional.run(plan, machine_of(plan), inputs)
@@ -46,12 +49,13 @@ def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable
     for guard in range(most):
         plan = plan_with(guard)
         seen = quantiles(plan)
-        if all(
-            np.all(seen[name] <= np.maximum(math.ldexp(1.0, -spec["fraction"]), _GAIN * least[name]))
-            for name, spec in plan.formats.outputs.items()
-        ):
+        if all(np.all(seen[name] <= np.maximum(_ulp(plan, name), _GAIN * least[name])) for name in angles):
             return plan
     return widest
+
+
+def _ulp(plan: Plan, output: str) -> float:
+    return math.ldexp(1.0, -plan.formats.outputs[output]["fraction"])
 
 
 _NONE = np.zeros(len(_SHARES))

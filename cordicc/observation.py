@@ -11,11 +11,20 @@ from cordicc.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy, sampling
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.lost import first_invalid
+from cordicc.emulate.streaming import REFERENCE_SAMPLES, run_parts
+from cordicc.ir.graph import Graph
+from cordicc.ir.reference import effort
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
 
 DEFAULT_SAMPLES = 10_000
 DEFAULT_SEED = 0
+
+REFERENCE_EFFORT = 3_000_000
+"""Products that the comparison of a plan with its equations may take as long as: large problems are
+compared in high precision on fewer samples."""
+
+_LEAST_REFERENCE = 32
 
 
 def machine_of(plan: Plan) -> Arithmetic:
@@ -31,12 +40,27 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     """
     inputs = sampling.draw(plan.problem, DEFAULT_SAMPLES, DEFAULT_SEED)
     outputs = functional_run.run(plan, machine_of(plan), inputs)
-    comparison = compare(plan, inputs, outputs)
+    warnings: list[Diagnostic] = []
+    graph = parse_graph(plan.problem["program"], "plan.json")
+    reference = reference_samples(graph)
+    if reference < DEFAULT_SAMPLES:
+        angles = angles_of(plan.problem)
+        report = run_parts(graph, angles, [inputs], lambda _: outputs, _ignored, _ignored, reference)
+        comparison = report.comparison
+        warnings.append(_few(reference, len(graph.nodes)))
+    else:
+        comparison = compare(plan, inputs, outputs)
     figures = {
-        name: {"bound": None, "observed": {"max": seen.max, "rms": seen.rms}}
+        name: {
+            "bound": None,
+            "observed": {
+                "max": seen.max,
+                "rms": seen.rms,
+                "histogram": [[least, count] for least, count in seen.histogram],
+            },
+        }
         for name, seen in comparison.observed.items()
     }
-    warnings = []
     if comparison.lost_at is not None:
         lost = _lost(plan, inputs, comparison)
         if not comparison.valid:
@@ -47,6 +71,25 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
     }
     return replace(plan, accuracy=figures, problem=problem), warnings
+
+
+def reference_samples(graph: Graph) -> int:
+    """Return how many samples are compared with a graph of equations in high precision by default."""
+    return min(REFERENCE_SAMPLES, max(_LEAST_REFERENCE, REFERENCE_EFFORT // max(1, effort(graph))))
+
+
+def _ignored(_: object) -> None:
+    pass
+
+
+def _few(samples: int, operations: int) -> Diagnostic:
+    """Return the finding that a problem is too large for a comparison of all samples in high precision."""
+    message = (
+        f"the errors of {samples} samples alone are against high precision, the others against double "
+        f"precision: the problem has {operations} operations"
+    )
+    hint = f"compare more with 'cordicc simulate PLAN --reference {DEFAULT_SAMPLES}'"
+    return Diagnostic("W414", message, None, hint, Severity.WARNING)
 
 
 def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> accuracy.Comparison:

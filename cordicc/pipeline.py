@@ -1,21 +1,22 @@
-"""The compiler, stage by stage."""
+"""The compiler, stage by stage.
+
+What not every run needs (bounds, fixed-point formats, pictures) is imported where it is used, for a quick
+start.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cordicc.arith.fixed_system import FixedSystem
-from cordicc.backends import datapath, graph_view, report, schedule_chart, script
-from cordicc.certify.plans import UNIT_PROGRAM, bounds_of, with_bounds
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
-from cordicc.guard_bits import fewest_guard_bits
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
@@ -25,7 +26,7 @@ from cordicc.observation import DEFAULT_SEED, machine_of, observe
 from cordicc.plan import Plan, Selection
 from cordicc.plan_check import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
-from cordicc.record import problem_data
+from cordicc.record import UNIT_PROGRAM, problem_data
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.costs import Costs
@@ -37,10 +38,15 @@ from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
-from cordicc.word_lengths import formats, magnitudes
+
+if TYPE_CHECKING:
+    from cordicc.backends.report import Explored
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
+
+VIEWS = ("datapath", "schedule", "graph")
+"""What can be drawn of a plan."""
 
 Watch = Callable[[str, Graph], None]
 
@@ -53,7 +59,7 @@ class Options:
     units: str = "auto"
     limits: Limits = field(default_factory=Limits)
     certify: bool | None = None
-    """Derive proven error bounds; by default on fixed-point targets."""
+    """Derive proven error bounds; by default on fixed-point targets. A `max_error` asks for them anyway."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +91,12 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
     planned = plan_file(path, options, watch)
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
+    allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(machine_of(plan).system, FixedSystem)
-    if fixed_point if options.certify is None else options.certify:
-        plan = with_bounds(plan, bounds_of(plan, allowed_errors(plan.problem)))
+    if allowed or (fixed_point if options.certify is None else options.certify):
+        from cordicc.certify.plans import bounds_of, with_bounds
+
+        plan = with_bounds(plan, bounds_of(plan, allowed))
     return Compiled(plan, (*planned.warnings, *more))
 
 
@@ -127,7 +136,7 @@ def _assembled(
 ) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan; on fixed point with a binary point for every value."""
     recorded = _recorded(path, options)
-    selection = Selection(choice.searched, choice.proven)
+    selection = Selection(choice.searched, choice.proven, choice.facts)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
         record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
@@ -141,6 +150,9 @@ def _assembled(
             selection=selection,
         )
         return checked(plan), warnings
+    from cordicc.guard_bits import fewest_guard_bits
+    from cordicc.word_lengths import formats, magnitudes
+
     held = magnitudes(loaded.problem, loaded.source, graph)
     warnings = (*warnings, *held.warnings)
     record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
@@ -204,14 +216,33 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
-    renderers = (dump, report.render, datapath.render, schedule_chart.render, script.render)
-    return {name: render(plan) for name, render in zip(ARTEFACTS, renderers, strict=True)}
+    from cordicc.backends import datapath, schedule_chart, script
+
+    texts = (
+        dump(plan),
+        report_page(plan),
+        datapath.render(plan),
+        schedule_chart.render(plan),
+        script.render(plan),
+    )
+    return dict(zip(ARTEFACTS, texts, strict=True))
 
 
-def picture(plan: Plan, view: str) -> str:
-    """Return the SVG of a view: datapath, schedule or graph."""
-    views = {"datapath": datapath.render, "schedule": schedule_chart.render, "graph": graph_view.render}
-    return views[view](plan)
+def report_page(plan: Plan, explored: Explored | None = None) -> str:
+    """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
+    from cordicc.backends import report
+    from cordicc.typesetting import typeset
+
+    return report.render(plan, typeset, explored)
+
+
+def picture(plan: Plan, view: str, width: float | None = None) -> str:
+    """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
+    from cordicc.backends import datapath, graph_view, schedule_chart
+
+    if view == "schedule":
+        return schedule_chart.render(plan)
+    return datapath.render(plan, width) if view == "datapath" else graph_view.render(plan, width)
 
 
 def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
@@ -238,6 +269,7 @@ def _recorded(path: Path, options: Options) -> dict[str, Any]:
         "ii": limits.initiation_interval,
         "max_processors": limits.max_processors,
         "max_latency": limits.max_latency,
+        "certify": options.certify,
     }
 
 
@@ -259,6 +291,9 @@ def check_plan(plan: Plan, name: str) -> Plan:
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
         arithmetic = machine_of(plan)
         check_formats(plan, arithmetic)
+        from cordicc.certify.plans import StatedBounds
+
+        StatedBounds.of(plan)
         functional_run.run(plan, arithmetic, sampling.draw(plan.problem, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
         reason = (str(error).splitlines() or ["malformed"])[0][:500]

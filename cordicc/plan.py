@@ -55,7 +55,8 @@ class Operation:
     `op` and `params` are those of the graph (`cordicc.ir.ops`), `mode` says the same in words.
     `start` is the cycle in which the operands enter, `finish` the one from which results are usable.
     `results` names the value of each result port, None where nobody takes it.  `derivation` is the chain of
-    rewriting steps, in words and formulas, that led from the equation to it; empty if the equation says it.
+    rewriting steps that led from the equation to it, in words and, between backticks, formulas written as
+    in a problem file; empty if the equation says it.
     """
 
     id: str
@@ -95,10 +96,14 @@ class Fifo:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them."""
+    """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them.
+
+    `facts` are the assumptions of the problem, as written there, on which the choice rests.
+    """
 
     searched: bool = False
     proven: bool = False
+    facts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

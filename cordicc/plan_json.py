@@ -69,7 +69,11 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": plan.optimal,
         "bounds": plan.bounds,
-        "selection": {"searched": plan.selection.searched, "proven": plan.selection.proven},
+        "selection": {
+            "searched": plan.selection.searched,
+            "proven": plan.selection.proven,
+            "facts": list(plan.selection.facts),
+        },
         "formats": {"values": plan.formats.values, "outputs": plan.formats.outputs},
         "accuracy": plan.accuracy,
     }
@@ -313,5 +317,5 @@ def _plan(data: dict[str, Any]) -> Plan:
         bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
         formats=Formats(formats["values"], delivered(formats["outputs"])),
         accuracy=delivered(data["accuracy"]),
-        selection=Selection(selection["searched"], selection["proven"]),
+        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
     )

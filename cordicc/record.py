@@ -9,6 +9,9 @@ from cordicc.diagnostics import Diagnostic
 from cordicc.ir.problem import Problem
 from cordicc.ir.text import print_graph
 
+UNIT_PROGRAM = "unit_program"
+"""Where a plan's problem holds the graph of its operations, with exact constants."""
+
 
 def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, Any]:
     """Return the `problem` part of a plan, plain data, with the warnings that came up."""
@@ -30,6 +33,7 @@ def problem_data(problem: Problem, warnings: Sequence[Diagnostic]) -> dict[str, 
             }
             for o in problem.outputs
         ],
+        "assumptions": [fact.text for fact in problem.assumptions],
         "program": print_graph(problem.graph),
         "samples": None
         if samples is None

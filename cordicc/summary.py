@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cordicc.emulate.accuracy import Comparison
+from cordicc.emulate.judging import Judged
 from cordicc.plan import Plan
 from cordicc.targets.model import CAU_KINDS
 
@@ -115,8 +117,8 @@ def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
     ]
 
 
-def comparison_text(plan: Plan, comparison: Comparison) -> str:
-    """Return the summary of a simulation, ending in a newline."""
+def comparison_text(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> str:
+    """Return the summary of a simulation, ending in a newline; `judged` holds what bounds the plan states."""
     lines = [
         f"{plan.name} on {plan.target['name']}: "
         f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
@@ -127,12 +129,25 @@ def comparison_text(plan: Plan, comparison: Comparison) -> str:
         gained = count(comparison.gained, "sample")
         lines.append(f"  {gained} outside the domain of the equations came out valid")
     rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
+    if judged:
+        rows[0] += ("holds for", "beyond")
     for output in plan.problem["outputs"]:
-        seen = comparison.observed[output["name"]]
-        unit = " rad" if output["angle"] else ""
-        bound = (plan.accuracy.get(output["name"]) or {}).get("bound")
-        rows.append((output["name"], _figure(seen.max, unit), _figure(seen.rms, unit), _bound(bound, unit)))
+        name, unit = output["name"], " rad" if output["angle"] else ""
+        seen = comparison.observed[name]
+        row = (name, _figure(seen.max, unit), _figure(seen.rms, unit))
+        rows.append((*row, *_judged(plan, judged.get(name), name, unit)) if judged else (*row, "not derived"))
     return "\n".join([*lines, *_table(rows)]) + "\n"
+
+
+def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[str, str, str]:
+    """Return a bound, the samples that it holds for, and how many of these are beyond it."""
+    if judged is None:
+        return "not derived", "-", "-"
+    held = "every valid sample"
+    if plan.accuracy[output]["bound"]["conditions"]:
+        # Rounded down: not quite all is never called all.
+        held = f"{math.floor(1e4 * (judged.share or 0.0)) / 100:g} % of valid samples"
+    return _figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
 
 def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cordicc.certify.certificate import Bound
-from cordicc.certify.plans import bounds_of
 from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.plan import Plan
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
+
+if TYPE_CHECKING:
+    from cordicc.certify.certificate import Bound
 
 PlanWith = Callable[[int, int], Plan]
 """Makes the plan for words of a width outside and a number of guard bits."""
@@ -27,6 +28,12 @@ def allowed_errors(problem: Mapping[str, Any]) -> dict[str, float]:
     return {o["name"]: o["max_error"] for o in problem["outputs"] if o["max_error"] is not None}
 
 
+def _bounds(plan: Plan, allowed: Mapping[str, float]) -> Mapping[str, Bound]:
+    from cordicc.certify.plans import bounds_of  # most compilations need no bounds
+
+    return bounds_of(plan, allowed)
+
+
 def checked(plan: Plan) -> Plan:
     """Return a plan whose bounds are within the errors that its problem allows.
 
@@ -36,7 +43,7 @@ def checked(plan: Plan) -> Plan:
     allowed = allowed_errors(plan.problem)
     if not allowed:
         return plan
-    bounds = bounds_of(plan, allowed)
+    bounds = _bounds(plan, allowed)
     if missed := _missed(bounds, allowed):
         raise _refusal(missed, allowed, f"the number format of target '{plan.target['name']}' is fixed")
     return plan
@@ -46,7 +53,7 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
     """Return the plan with the narrowest words whose proven bounds are within the allowed errors.
 
     Words outside grow by two bits at a time, with as many guard bits as there is room for; of the first
-    width that will do the fewest guard bits are taken.
+    width that will do the fewest guard bits are taken, but words between operations never get narrower.
 
     Args:
         plan: the plan chosen without regard to allowed errors, the first candidate.
@@ -56,30 +63,30 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
         TooInaccurate: no width will do (E413).
     """
     allowed = allowed_errors(plan.problem)
-    if not allowed or not _missed(bounds_of(plan, allowed), allowed):
+    if not allowed or not _missed(_bounds(plan, allowed), allowed):
         return plan
-    width = plan.target["arithmetic"]["format"]["width"]
+    format_ = plan.target["arithmetic"]["format"]
+    width, between = format_["width"], format_["width"] + format_["guard"]
     best: Mapping[str, Bound] = {}
     while width <= WIDEST_WORD_BITS:
         most = most_guard_bits(width)
         candidate = plan_with(width, most)
-        best = bounds_of(candidate, allowed)
+        best = _bounds(candidate, allowed)
         if not _missed(best, allowed):
-            return _fewest_guard_bits(candidate, width, most, allowed, plan_with)
+            return _fewest_guard_bits(candidate, width, range(max(0, between - width), most), plan_with)
         width += _WIDER
     reason = f"words between operations have up to {WIDEST_WORD_BITS} bits"
     raise _refusal(_missed(best, allowed), allowed, reason)
 
 
-def _fewest_guard_bits(
-    plan: Plan, width: int, most: int, allowed: Mapping[str, float], plan_with: PlanWith
-) -> Plan:
-    """Return the plan of a width with the fewest guard bits, given that of the most, by bisection."""
-    least = 0
+def _fewest_guard_bits(plan: Plan, width: int, fewer: range, plan_with: PlanWith) -> Plan:
+    """Return the plan of a width with the fewest guard bits, given one that will do, by bisection."""
+    allowed = allowed_errors(plan.problem)
+    least, most = fewer.start, fewer.stop
     while least < most:
         middle = (least + most) // 2
         candidate = plan_with(width, middle)
-        if _missed(bounds_of(candidate, allowed), allowed):
+        if _missed(_bounds(candidate, allowed), allowed):
             least = middle + 1
         else:
             plan, most = candidate, middle

@@ -18,6 +18,7 @@ from cordicc.arith.fixed_system import FixedSystem
 from cordicc.arith.intervals import Interval
 from cordicc.checks import input_intervals, input_samples
 from cordicc.diagnostics import Diagnostic, Severity, Source, Unattainable
+from cordicc.emulate.climb import climb
 from cordicc.ir.contraction import contracted
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
@@ -220,29 +221,13 @@ def _climbed(
         numbers, valid = evaluate(part, columns)
         return np.where(valid & ~np.isnan(numbers["value"]), np.abs(numbers["value"]), -1.0)
 
-    sizes = measure(samples)
-    best = np.argsort(-sizes, kind="stable")[:_CLIMBERS]
-    points = {name: column[best] for name, column in samples.items()}
-    heights = sizes[best]
-    if problem.samples is None:
-        random = np.random.Generator(np.random.PCG64(1))
-        box = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
-        step = np.full(best.size, 0.5)
-        for _ in range(_CLIMBS):
-            moved = {n: _moved(random, column, box[n], step) for n, column in points.items()}
-            reached = measure(moved)
-            higher = reached > heights
-            step = np.where(higher, np.minimum(2 * step, 0.5), step / 2)
-            heights = np.where(higher, reached, heights)
-            points = {n: np.where(higher, moved[n], column) for n, column in points.items()}
+    points, heights = climb(
+        input_intervals(problem),
+        samples,
+        measure,
+        climbers=_CLIMBERS,
+        rounds=_CLIMBS if problem.samples is None else 0,
+        towards_poles=True,
+    )
     top = int(np.argmax(heights))
     return max(0.0, float(heights[top])), {name: column[top : top + 1] for name, column in points.items()}
-
-
-def _moved(
-    random: np.random.Generator, column: np.ndarray, box: tuple[float, float], step: np.ndarray
-) -> np.ndarray:
-    lo, hi = box
-    moved = column + random.uniform(-1, 1, column.size) * (hi - lo) * step
-    moved = np.where(moved > hi, 2 * hi - moved, np.where(moved < lo, 2 * lo - moved, moved))
-    return np.asarray(np.clip(moved, lo, hi))  # reflected, for the very end is often outside the domain

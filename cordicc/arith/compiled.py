@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.cau import Cau, implicit_table, standard_table
+from cordicc.arith.compiled_systems import compiled_system
 from cordicc.arith.formats import FloatArray
 from cordicc.arith.kernels import limbs
 from cordicc.arith.machine import Arithmetic
@@ -40,7 +41,7 @@ def compiled_arithmetic(arithmetic: Arithmetic) -> Arithmetic:
         kind: CompiledCau(**{field.name: getattr(cau, field.name) for field in fields(Cau)})
         for kind, cau in arithmetic.caus.items()
     }
-    return replace(arithmetic, caus=units)
+    return replace(arithmetic, system=compiled_system(arithmetic.system), caus=units)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +119,7 @@ def _reduction(angle_bits: int) -> tuple[Any, ...]:
     heads, tails = phase_constants()
     shift = TAU_BITS + 3
     tau = pi_fixed(TAU_BITS + 1)
-    return heads.view(np.int64), tails, tau, shift, *_limbs(tau, shift, angle_bits)
+    return heads.view(np.int64), tails, (tau, shift, *_limbs(tau, shift, angle_bits))
 
 
 def _limbs(constant: int, shift: int, value_bits: int) -> tuple[int, int]:

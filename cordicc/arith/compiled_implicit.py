@@ -8,24 +8,28 @@ from __future__ import annotations
 import numpy as np
 
 from cordicc.arith.compiled_steps import (
+    BLOCK,
     Steps,
     align_block,
     angle_sum,
     compensate,
     compiled,
+    cut,
+    deliver_angles,
     deliver_block,
     delivered,
     implicit,
     implicit_root_free,
     normalise,
     shifted,
+    three,
     to_float,
     unpack,
     unpack_block,
     vector,
     zeroed,
 )
-from cordicc.arith.compiled_units import BLOCK, Widths, ln2_multiple, sum_and_difference
+from cordicc.arith.compiled_units import Widths, ln2_multiple, sum_and_difference
 from cordicc.arith.formats import FloatArray
 from cordicc.arith.implicit import GUARD_BITS, LOG_BITS
 from cordicc.arith.reduction import SCALE_BITS
@@ -50,14 +54,12 @@ def lightcone(
 ) -> None:
     """Return the hyperbolic norm of (x, y) and z + sign * its angle; sign 0: x and y are u and v, no z."""
     width, fraction_bits, angle_bits = widths
-    a, b, c, exponents, logs, kinds, carry = np.empty((7, BLOCK), np.int64)
     for begin in range(0, x.size, BLOCK):
-        n = min(BLOCK, x.size - begin)
-        part = slice(begin, begin + n)
-        xs, ys, zs = x[part], y[part], z[part]
+        xs, ys, zs, roots, angles = cut(begin, x, y, z, root, angle)
         xb, yb, zb = xs.view(np.int64), ys.view(np.int64), zs.view(np.int64)
-        roots, angles = root[part], angle[part]
-        for i in range(n):
+        a, b, c = three(xs.size)
+        exponents, logs, kinds = three(xs.size)
+        for i in range(c.size):
             u, v = unpack(xb[i], width), unpack(yb[i], width)
             if sign != 0:
                 u, v = sum_and_difference(u, v, width, fraction_bits)
@@ -73,9 +75,9 @@ def lightcone(
             a[i], b[i], c[i] = (um + vm + 1) >> 1, (um - vm + 1) >> 1, 0
             exponents[i] = ((ue + ve) >> 1) - SCALE_BITS
             logs[i] = 0 if kinds[i] == 0 else (ue - ve) >> 1
-        vector(-1, a[:n], b[:n], c[:n], steps)
-        compensate(a[:n], carry, steps)
-        for i in range(n):
+        vector(-1, a, b, c, steps)
+        compensate(a, steps)
+        for i in range(c.size):
             roots[i] = angles[i] = np.nan
             if np.isnan(xs[i]) or np.isnan(ys[i]) or np.isnan(zs[i]):
                 continue
@@ -86,7 +88,8 @@ def lightcone(
                 angles[i] = delivered(to_float(turned, -angle_bits))
             elif sign != 0 and abs(ys[i]) < abs(xs[i]):
                 zm, ze = unpack(zb[i], width)
-                angles[i] = delivered(angle_sum(zm, ze, sign * turned, width, angle_bits))
+                total, exponent = angle_sum(zm, ze, sign * turned, width, angle_bits)
+                angles[i] = delivered(to_float(total, exponent))
 
 
 @compiled
@@ -103,12 +106,12 @@ def implicit_circular(
     """Solve B cos t + A sin t = C."""
     width, fraction_bits, angle_bits = widths
     root_free, tolerance, half_turn, branch = rule
-    quarter = (half_turn + 1) >> 1
-    arrays = np.empty((9, BLOCK), np.int64)
+    quarter, turns = (half_turn + 1) >> 1, root_free - 1
     for begin in range(0, A.size, BLOCK):
-        part = slice(begin, min(begin + BLOCK, A.size))
-        As, Bs, Cs, angles, rests = A[part], B[part], C[part], angle[part], rest[part]
-        x, y, target, z, x_exponent, y_exponent, target_exponent, exponents, carry = arrays[:, : As.size]
+        As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
+        x, y, z = three(As.size)
+        x_exponent, y_exponent, exponents = three(As.size)
+        target, target_exponent, _ = three(As.size)
         unpack_block(As.view(np.int64), x, x_exponent, width)
         unpack_block(Bs.view(np.int64), y, y_exponent, width)
         unpack_block(Cs.view(np.int64), target, target_exponent, width)
@@ -123,12 +126,13 @@ def implicit_circular(
         align_block(target, target_exponent, exponents)
         for i in range(z.size):
             side = z[i]
-            a, b = ((-branch * x[i]) ^ side) - side, (y[i] ^ side) - side
+            a, b = (x[i] ^ side) - side, (y[i] ^ side) - side
+            a = -a if branch > 0 else a
             # The first turn by +-90 degrees where y and the target differ in sign.
-            apart = (root_free == 0) & ((target[i] ^ b) < 0)
-            up = 1 | (target[i] >> 63)
-            x[i], y[i] = (-up * b if apart else a), (up * a if apart else b)
-            z[i] = (-half_turn & side) + (up * quarter if apart else 0)
+            apart, down = turns & ((target[i] ^ b) >> 63), target[i] >> 63
+            x[i] = (a & ~apart) | (((-b ^ down) - down) & apart)
+            y[i] = (b & ~apart) | (((a ^ down) - down) & apart)
+            z[i] = (-half_turn & side) + (((quarter ^ down) - down) & apart)
         if root_free != 0:
             implicit_root_free(1, x, y, target, z, steps)
         else:
@@ -136,17 +140,17 @@ def implicit_circular(
         for i in range(z.size):
             one_sided = (As[i] == 0) & (Bs[i] > 0)
             least, most = (-half_turn if one_sided else -2 * half_turn), (0 if one_sided else 2 * half_turn)
-            z[i] = -branch * min(max(z[i], least), most)
-        for i in range(z.size):
-            angles[i] = delivered(to_float(z[i], -angle_bits))
+            turned = min(max(z[i], least), most)
+            z[i] = -turned if branch > 0 else turned
+            y[i] = abs(y[i] - target[i])
+        deliver_angles(z, angle_bits, angles)
         np.maximum(x, 0, x)
-        compensate(x, carry, steps)
+        compensate(x, steps)
         exponents -= SCALE_BITS
         deliver_block(x, exponents, rests)
         for i in range(z.size):
-            solved = abs(y[i] - target[i]) <= tolerance and (As[i] != 0 or Bs[i] != 0)
-            if not solved or np.isnan(As[i] + Bs[i] + Cs[i]):
-                angles[i] = rests[i] = np.nan
+            valid = (y[i] <= tolerance) & ((As[i] != 0) | (Bs[i] != 0)) & ~np.isnan(As[i] + Bs[i] + Cs[i])
+            angles[i], rests[i] = (angles[i] if valid else np.nan), (rests[i] if valid else np.nan)
 
 
 @compiled
@@ -170,15 +174,13 @@ def implicit_hyperbolic(
     """Solve B cosh t + A sinh t = C."""
     width, bits, angle_bits = widths
     root_free, tolerance, _, branch = rule
-    x, y, target, z, exponents, carry = np.empty((6, BLOCK), np.int64)
-    doubled, signs, solvable = np.empty((3, BLOCK), np.int64)
     for begin in range(0, A.size, BLOCK):
-        n = min(BLOCK, A.size - begin)
-        part = slice(begin, begin + n)
-        As, Bs, Cs = A[part], B[part], C[part]
+        As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
         Ab, Bb, Cb = As.view(np.int64), Bs.view(np.int64), Cs.view(np.int64)
-        angles, rests = angle[part], rest[part]
-        for i in range(n):
+        x, y, z = three(As.size)
+        target, exponents, doubled = three(As.size)
+        signs, solvable, _ = three(As.size)
+        for i in range(z.size):
             a, a_exponent = unpack(Ab[i], width)
             b, b_exponent = unpack(Bb[i], width)
             c, c_exponent = unpack(Cb[i], width)
@@ -207,12 +209,12 @@ def implicit_hyperbolic(
             doubled[i], signs[i] = doublings, -1 if mirrored else 1
             solvable[i] = possible and (c != 0 or q[0] != 0)
         if root_free != 0:
-            implicit_root_free(-1, x[:n], y[:n], target[:n], z[:n], steps)
+            implicit_root_free(-1, x, y, target, z, steps)
         else:
-            implicit(-1, x[:n], y[:n], target[:n], z[:n], steps, FACTOR_BITS)
-        x[:n] = np.maximum(x[:n], 0)
-        compensate(x[:n], carry, steps)
-        for i in range(n):
+            implicit(-1, x, y, target, z, steps, FACTOR_BITS)
+        x = np.maximum(x, 0)
+        compensate(x, steps)
+        for i in range(z.size):
             invalid = np.isnan(As[i]) or np.isnan(Bs[i]) or np.isnan(Cs[i])
             if invalid or not solvable[i] or abs(y[i] - target[i]) > tolerance:
                 angles[i] = rests[i] = np.nan

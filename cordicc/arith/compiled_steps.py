@@ -19,12 +19,19 @@ from cordicc.arith.blocks import WIDE_BITS, ZERO_EXPONENT
 from cordicc.arith.formats import FloatArray
 
 Ints = NDArray[np.int64]
-Steps = tuple[Ints, Ints, Ints, Ints, Ints, tuple[int, int, int, int]]
-"""Shifts and angles, target factors with their limbs and limb bits; inverse gain, shift, limbs, limb bits."""
+Product = tuple[int, int, int, int]
+"""Constant, shift, lower limbs (-1: the product rounds to 0), and their bits."""
+
+Steps = tuple[Ints, Ints, Ints, Ints, Ints, Product]
+"""Shifts and angles, target factors with their limbs and limb bits; the product with the inverse gain."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _HIDDEN_BIT = 1 << 52
+_NUMBER_BITS = 0x4338 << 48
+_NUMBER = 1.5 * 2.0**52
+"""For |n| < 2^51, `_NUMBER_BITS` + n are the bits of the float64 `_NUMBER` + n: conversion in vector code."""
+
 _LEAST_POWER = -1074
 _POWERS = 2.0 ** np.arange(_LEAST_POWER, 1024)
 _LARGEST = 2.0**512
@@ -40,6 +47,29 @@ def compiled(function: Function) -> Function:
         return cast(Function, compile_it(cache=True)(function))
     except RuntimeError:  # no folder can be written
         return cast(Function, compile_it()(function))
+
+
+BLOCK = 512
+"""Samples whose integers, four to eight arrays, stay in the nearest cache."""
+
+
+@compiled
+def cut(
+    begin: int, x: FloatArray, y: FloatArray, z: FloatArray, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the block of operands and results that begins at a sample."""
+    part = slice(begin, min(begin + BLOCK, x.size))
+    return x[part], y[part], z[part], first[part], second[part]
+
+
+@compiled
+def three(size: int) -> tuple[Ints, Ints, Ints]:
+    """Return room for three blocks of integers.
+
+    Each is an allocation of its own: rows of one array might overlap for all that the compiler can tell,
+    which then makes no vector code.
+    """
+    return np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
 
 
 @compiled
@@ -105,38 +135,44 @@ def delivered(value: float) -> float:
     """Return a result within the exponents that a unit has."""
     size = abs(value)
     held = 0.0 if size < 1 / _LARGEST else value
-    return math.copysign(math.inf, value) if size >= _LARGEST else held
+    return value * math.inf if size >= _LARGEST else held
 
 
 @compiled
-def multiply_round(value: Ints, carry: Ints, constant: int, shift: int, limbs: int, limb_bits: int) -> None:
-    """Multiply a block by constant / 2^shift, rounded half up, in place; by 0 if `limbs` is -1."""
+def multiply_round(value: Ints, kept: int, product: Product) -> None:
+    """Put value * constant / 2^shift rounded half up in the place of a block, plus itself for `kept` -1."""
+    constant, shift, limbs, limb_bits = product
+    half, mask, last = 1 << (shift - 1), (1 << limb_bits) - 1, shift - limbs * limb_bits
     if limbs < 0:
-        value[:] = 0
-        return
-    carry[: value.size] = 1 << (shift - 1)
-    mask, last = (1 << limb_bits) - 1, shift - limbs * limb_bits
-    for _ in range(limbs):
         for i in range(value.size):
-            carry[i] = (carry[i] + (value[i] & mask) * constant) >> limb_bits
-            value[i] >>= limb_bits
-    for i in range(value.size):
-        value[i] = (value[i] * constant + carry[i]) >> last
+            value[i] &= kept
+    elif limbs == 0:
+        for i in range(value.size):
+            value[i] = (value[i] & kept) + ((value[i] * constant + half) >> shift)
+    elif limbs == 1:
+        for i in range(value.size):
+            carry = ((value[i] & mask) * constant + half) >> limb_bits
+            value[i] = (value[i] & kept) + (((value[i] >> limb_bits) * constant + carry) >> last)
+    else:
+        for i in range(value.size):
+            carry, high = half, value[i]
+            for _ in range(limbs):
+                carry = (carry + (high & mask) * constant) >> limb_bits
+                high >>= limb_bits
+            value[i] = (value[i] & kept) + ((high * constant + carry) >> last)
 
 
 @compiled
-def compensate(coordinate: Ints, carry: Ints, steps: Steps) -> None:
+def compensate(coordinate: Ints, steps: Steps) -> None:
     """Divide a block by the gain, in place; it keeps `SCALE_BITS` more."""
-    inverse, shift, limbs, limb_bits = steps[5]
-    multiply_round(coordinate, carry, inverse, shift, limbs, limb_bits)
+    multiply_round(coordinate, 0, steps[5])
 
 
 @compiled
-def angle_sum(z: int, z_exponent: int, angle: int, width: int, angle_bits: int) -> float:
+def angle_sum(z: int, z_exponent: int, angle: int, width: int, angle_bits: int) -> tuple[int, int]:
     """Return z + angle in radians."""
     exponent = max(z_exponent - (_ROOM_BITS - width), -angle_bits)
-    total = shifted(z, exponent - z_exponent) + shifted(angle, exponent + angle_bits)
-    return to_float(total, exponent)
+    return shifted(z, exponent - z_exponent) + shifted(angle, exponent + angle_bits), exponent
 
 
 @compiled
@@ -155,20 +191,47 @@ def align_block(mantissa: Ints, exponent: Ints, common: Ints) -> None:
 
 @compiled
 def deliver_block(mantissa: Ints, exponent: Ints, results: FloatArray) -> None:
-    """Write a block of results."""
+    """Write a block of results; mantissas are below 2^51, and used up as the exponents are."""
     for i in range(mantissa.size):
-        results[i] = delivered(to_float(mantissa[i], exponent[i]))
+        mantissa[i] += _NUMBER_BITS
+        exponent[i] = (min(max(exponent[i], -1022), 1023) + 1023) << 52
+    numbers, powers = mantissa.view(np.float64), exponent.view(np.float64)
+    for i in range(mantissa.size):
+        results[i] = delivered((numbers[i] - _NUMBER) * powers[i])
+
+
+@compiled
+def deliver_angles(angle: Ints, angle_bits: int, results: FloatArray) -> None:
+    """Write a block of angles of at most two turns, which are used up."""
+    unit = 0.5**angle_bits
+    for i in range(angle.size):
+        angle[i] += _NUMBER_BITS
+    numbers = angle.view(np.float64)
+    for i in range(angle.size):
+        results[i] = (numbers[i] - _NUMBER) * unit
+
+
+@compiled
+def deliver_sums(
+    z: Ints, z_exponent: Ints, angle: Ints, width: int, angle_bits: int, results: FloatArray
+) -> None:
+    """Write a block of z + angle in radians, of angles of at most two turns; all are used up."""
+    for i in range(angle.size):
+        angle[i], z_exponent[i] = angle_sum(z[i], z_exponent[i], angle[i], width, angle_bits)
+    deliver_block(angle, z_exponent, results)
 
 
 @compiled
 def rotate(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
     """Turn a block (x, y) by z, in place."""
+    mirror, moves = m >> 63, -(m & 1)  # masks in the place of products by m, which no vector code has
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
         half = (1 << shift) >> 1
         for i in range(x.size):
             mask = z[i] >> 63
-            step_x = ((((y[i] + half) >> shift) ^ mask) - mask) * m
+            back = mask ^ mirror
+            step_x = ((((y[i] + half) >> shift) ^ back) - back) & moves
             y[i] += (((x[i] + half) >> shift) ^ mask) - mask
             x[i] -= step_x
             z[i] -= (angle ^ mask) - mask
@@ -177,57 +240,58 @@ def rotate(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
 @compiled
 def vector(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
     """Turn a block (x, y) until y = 0, in place."""
+    mirror, moves = m >> 63, -(m & 1)
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
         half = (1 << shift) >> 1
         for i in range(x.size):
             mask = y[i] >> 63
-            step_x = abs((y[i] + half) >> shift) * m
+            back = mask ^ mirror
+            step_x = ((((y[i] + half) >> shift) ^ back) - back) & moves
             y[i] -= (((x[i] + half) >> shift) ^ mask) - mask
             x[i] += step_x
             z[i] += (angle ^ mask) - mask
 
 
 @compiled
-def _towards(m: int, x: int, y: int, target: int) -> int:
+def _towards(mirror: int, x: int, y: int, target: int) -> int:
     """Return -1 for the negative direction, else 0."""
-    back = ~y if m > 0 else y
-    return (back if x < 0 else target - y) >> 63
+    side = x >> 63
+    return (((y ^ ~mirror) & side) | ((target - y) & ~side)) >> 63
 
 
 @compiled
 def implicit(m: int, x: Ints, y: Ints, target: Ints, z: Ints, steps: Steps, factor_bits: int) -> None:
     """Turn a block until y is the target, in place, by standard micro-rotations."""
-    growth, carry = np.empty((2, x.size), np.int64)
+    mirror = m >> 63
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
-        factor, limbs, limb_bits = steps[2][step], steps[3][step], steps[4][step]
         half = (1 << shift) >> 1
         for i in range(x.size):
-            mask = _towards(m, x[i], y[i], target[i])
-            step_x = ((((y[i] + half) >> shift) ^ mask) - mask) * m
+            mask = _towards(mirror, x[i], y[i], target[i])
+            back = mask ^ mirror
+            step_x = (((y[i] + half) >> shift) ^ back) - back
             y[i] += (((x[i] + half) >> shift) ^ mask) - mask
             x[i] -= step_x
             z[i] += (angle ^ mask) - mask
-        if factor != 0:
-            growth[:] = target
-            multiply_round(growth, carry, factor, factor_bits, limbs, limb_bits)
-            target += growth
+        multiply_round(target, -1, (steps[2][step], factor_bits, steps[3][step], steps[4][step]))
 
 
 @compiled
 def implicit_root_free(m: int, x: Ints, y: Ints, target: Ints, z: Ints, steps: Steps) -> None:
     """Turn a block until y is the target, in place, by root-free double rotations."""
+    mirror = m >> 63
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
         lift, down = (1, 0) if shift == 0 else (0, shift - 1)
         square = min(2 * shift, 62)  # coordinates are below 2^44, so what is shifted by more is 0 as well
         half, half_square = (1 << down) >> 1, (1 << square) >> 1
         for i in range(x.size):
-            mask = _towards(m, x[i], y[i], target[i])
+            mask = _towards(mirror, x[i], y[i], target[i])
             step_x = ((((y[i] << lift) + half) >> down) ^ mask) - mask
             step_y = ((((x[i] << lift) + half) >> down) ^ mask) - mask
-            x[i] -= m * (step_x + ((x[i] + half_square) >> square))
-            y[i] += step_y - m * ((y[i] + half_square) >> square)
-            target[i] += m * ((target[i] + half_square) >> square)
+            step_x += (x[i] + half_square) >> square
+            x[i] -= (step_x ^ mirror) - mirror
+            y[i] += step_y - ((((y[i] + half_square) >> square) ^ mirror) - mirror)
+            target[i] += (((target[i] + half_square) >> square) ^ mirror) - mirror
             z[i] += (angle ^ mask) - mask

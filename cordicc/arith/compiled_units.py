@@ -11,20 +11,24 @@ import numpy as np
 
 from cordicc.arith.blocks import WIDE_BITS, ZERO_EXPONENT
 from cordicc.arith.compiled_steps import (
+    BLOCK,
     Ints,
+    Product,
     Steps,
     added,
     align_block,
-    angle_sum,
     compensate,
     compiled,
+    cut,
     deliver_block,
+    deliver_sums,
     delivered,
     multiply_round,
     normalise,
     padded_sum,
     rotate,
     shifted,
+    three,
     unpack,
     unpack_block,
     vector,
@@ -37,11 +41,8 @@ from cordicc.arith.sequences import inverse_ln2_fixed, ln2_fixed
 Widths = tuple[int, int, int]
 """Bits of an operand, of the fraction of a coordinate, and of the fraction of an angle."""
 
-Reduction = tuple[Ints, Ints, int, int, int, int]
-"""Heads and tails of the phase by exponent; 2 pi, its shift, limbs and limb bits."""
-
-BLOCK = 512
-"""Samples whose integers, four to six arrays, stay in the nearest cache."""
+Reduction = tuple[Ints, Ints, Product]
+"""Heads and tails of the phase by exponent; the product with 2 pi."""
 
 _FIRST_EXPONENT, _LAST_EXPONENT = PHASE_EXPONENTS.start, PHASE_EXPONENTS.stop - 1
 _LN2 = ln2_fixed(LN2_BITS)
@@ -77,14 +78,13 @@ def rotate_circular(
 ) -> None:
     """Turn (x, y) by z."""
     width, fraction_bits, angle_bits = widths
-    heads, tails, tau, tau_shift, tau_limbs, tau_limb_bits = reduction
+    heads, tails, tau = reduction
     rest_shift = TURN_BITS - angle_bits - 3
-    arrays = np.empty((8, BLOCK), np.int64)
     for begin in range(0, x.size, BLOCK):
-        part = slice(begin, min(begin + BLOCK, x.size))
-        xs, ys, zs = x[part], y[part], z[part]
-        firsts, seconds = first[part], second[part]
-        a, b, c, a_exponent, b_exponent, exponents, quadrants, carry = arrays[:, : xs.size]
+        xs, ys, zs, firsts, seconds = cut(begin, x, y, z, first, second)
+        a, b, c = three(xs.size)
+        a_exponent, b_exponent, exponents = three(xs.size)
+        quadrants = np.empty(xs.size, np.int64)
         unpack_block(zs.view(np.int64), c, exponents, width)
         for i in range(c.size):
             index = min(max(exponents[i], _FIRST_EXPONENT), _LAST_EXPONENT) - _FIRST_EXPONENT
@@ -92,7 +92,7 @@ def rotate_circular(
         for i in range(c.size):
             quadrants[i] = (c[i] + (1 << 61)) >> 62
             c[i] = shifted(c[i] - (quadrants[i] << 62), rest_shift)
-        multiply_round(c, carry, tau, tau_shift, tau_limbs, tau_limb_bits)
+        multiply_round(c, 0, tau)
         unpack_block(xs.view(np.int64), a, a_exponent, width)
         unpack_block(ys.view(np.int64), b, b_exponent, width)
         for i in range(c.size):
@@ -100,17 +100,19 @@ def rotate_circular(
         align_block(a, a_exponent, exponents)
         align_block(b, b_exponent, exponents)
         for i in range(c.size):
-            odd, half_turn = quadrants[i] & 1 != 0, 1 - (quadrants[i] & 2)
-            a[i], b[i] = half_turn * (-b[i] if odd else a[i]), half_turn * (a[i] if odd else b[i])
+            odd, half_turn = -(quadrants[i] & 1), -((quadrants[i] >> 1) & 1)
+            u, v = (a[i] & ~odd) | (-b[i] & odd), (b[i] & ~odd) | (a[i] & odd)
+            a[i], b[i] = (u ^ half_turn) - half_turn, (v ^ half_turn) - half_turn
         rotate(1, a, b, c, steps)
-        compensate(a, carry, steps)
-        compensate(b, carry, steps)
+        compensate(a, steps)
+        compensate(b, steps)
         exponents -= SCALE_BITS
-        deliver_block(a, exponents, firsts)
+        a_exponent[:] = exponents
+        deliver_block(a, a_exponent, firsts)
         deliver_block(b, exponents, seconds)
         for i in range(c.size):
-            if np.isnan(xs[i] + ys[i] + zs[i]):
-                firsts[i] = seconds[i] = np.nan
+            invalid = np.isnan(xs[i] + ys[i] + zs[i])
+            firsts[i], seconds[i] = (np.nan if invalid else firsts[i]), (np.nan if invalid else seconds[i])
 
 
 @compiled
@@ -126,20 +128,18 @@ def rotate_linear(
     """Return x and y + x z."""
     width, fraction_bits, angle_bits = widths
     bits = fraction_bits + 1
-    a, b, c, exponents = np.empty((4, BLOCK), np.int64)
     for begin in range(0, x.size, BLOCK):
-        n = min(BLOCK, x.size - begin)
-        part = slice(begin, begin + n)
-        xs, ys, zs = x[part], y[part], z[part]
+        xs, ys, zs, firsts, seconds = cut(begin, x, y, z, first, second)
+        a, b, c = three(xs.size)
+        exponents = np.empty(xs.size, np.int64)
         xb, yb, zb = xs.view(np.int64), ys.view(np.int64), zs.view(np.int64)
-        firsts, seconds = first[part], second[part]
-        for i in range(n):
+        for i in range(c.size):
             xm, xe = unpack(xb[i], width)
             zm, ze = unpack(zb[i], width)
             a[i], b[i], c[i] = xm << (bits - width), 0, zm << (angle_bits - width)
             exponents[i] = xe + ze + 2 * width - bits
-        rotate(0, a[:n], b[:n], c[:n], steps)
-        for i in range(n):
+        rotate(0, a, b, c, steps)
+        for i in range(c.size):
             if np.isnan(xs[i]) or np.isnan(ys[i]) or np.isnan(zs[i]):
                 firsts[i] = seconds[i] = np.nan
             else:
@@ -161,15 +161,13 @@ def rotate_hyperbolic(
 ) -> None:
     """Turn (x, y) by z on the light cone."""
     width, fraction_bits, angle_bits = widths
-    a, b, c, grow, shrink, carry = np.empty((6, BLOCK), np.int64)
     bounded = np.minimum(np.maximum(z, -512.0), 512.0).view(np.int64)
     for begin in range(0, x.size, BLOCK):
-        n = min(BLOCK, x.size - begin)
-        part = slice(begin, begin + n)
-        xs, ys, zs = x[part], y[part], z[part]
+        xs, ys, zs, firsts, seconds = cut(begin, x, y, z, first, second)
+        a, b, c = three(xs.size)
+        grow, shrink, _ = three(xs.size)
         xb, yb = xs.view(np.int64), ys.view(np.int64)
-        firsts, seconds = first[part], second[part]
-        for i in range(n):
+        for i in range(c.size):
             zm, ze = unpack(bounded[begin + i], width)
             fixed_z = shifted(zm, -angle_bits - ze)
             doublings = shifted((fixed_z >> (angle_bits - 16)) * _INVERSE_LN2, 46)
@@ -178,12 +176,12 @@ def rotate_hyperbolic(
             a[i], b[i] = (u[0] + v[0] + 1) >> 1, (u[0] - v[0] + 1) >> 1
             # The exponent of 0 marks the half that is 0.
             grow[i], shrink[i] = zeroed(u[0], u[1] + doublings), zeroed(v[0], v[1] - doublings)
-        rotate(-1, a[:n], b[:n], c[:n], steps)
-        for i in range(n):
+        rotate(-1, a, b, c, steps)
+        for i in range(c.size):
             a[i], b[i] = a[i] + b[i], a[i] - b[i]
-        compensate(a[:n], carry, steps)
-        compensate(b[:n], carry, steps)
-        for i in range(n):
+        compensate(a, steps)
+        compensate(b, steps)
+        for i in range(c.size):
             if np.isnan(xs[i]) or np.isnan(ys[i]) or np.isnan(zs[i]):
                 firsts[i] = seconds[i] = np.nan
                 continue
@@ -208,12 +206,10 @@ def vector_circular(
 ) -> None:
     """Return the norm of (x, y) and z + sign * its angle."""
     width, fraction_bits, angle_bits = widths
-    arrays = np.empty((7, BLOCK), np.int64)
     for begin in range(0, x.size, BLOCK):
-        part = slice(begin, min(begin + BLOCK, x.size))
-        xs, ys, zs = x[part], y[part], z[part]
-        norms, angles = norm[part], angle[part]
-        a, b, c, a_exponent, b_exponent, exponents, carry = arrays[:, : xs.size]
+        xs, ys, zs, norms, angles = cut(begin, x, y, z, norm, angle)
+        a, b, c = three(xs.size)
+        a_exponent, b_exponent, exponents = three(xs.size)
         unpack_block(xs.view(np.int64), a, a_exponent, width)
         unpack_block(ys.view(np.int64), b, b_exponent, width)
         for i in range(c.size):
@@ -225,21 +221,20 @@ def vector_circular(
         align_block(a, a_exponent, exponents)
         np.abs(a, a)
         vector(1, a, b, c, steps)
-        compensate(a, carry, steps)
+        compensate(a, steps)
         exponents -= SCALE_BITS
         deliver_block(a, exponents, norms)
         for i in range(c.size):
             least = 0 if ys[i] >= 0 else -half_turn
             most = half_turn if (ys[i] > 0) | (xs[i] < 0) else 0
-            c[i] = sign * min(max(c[i], least), most)
+            turned = min(max(c[i], least), most)
+            c[i] = turned if sign > 0 else -turned
         unpack_block(zs.view(np.int64), b, b_exponent, width)
+        deliver_sums(b, b_exponent, c, width, angle_bits, angles)
         for i in range(c.size):
-            angles[i] = delivered(angle_sum(b[i], b_exponent[i], c[i], width, angle_bits))
-        for i in range(c.size):
-            if np.isnan(xs[i] + ys[i] + zs[i]):
-                norms[i] = angles[i] = np.nan
-            elif xs[i] == 0 and ys[i] == 0:
-                norms[i], angles[i] = 0.0, np.nan
+            invalid, nowhere = np.isnan(xs[i] + ys[i] + zs[i]), (xs[i] == 0) & (ys[i] == 0)
+            norms[i] = np.nan if invalid else (0.0 if nowhere else norms[i])
+            angles[i] = np.nan if invalid | nowhere else angles[i]
 
 
 @compiled
@@ -256,19 +251,17 @@ def vector_linear(
     """Return x and z + sign * y/x."""
     width, fraction_bits, angle_bits = widths
     room = fraction_bits + 1 - width
-    a, b, c, exponents = np.empty((4, BLOCK), np.int64)
     for begin in range(0, x.size, BLOCK):
-        n = min(BLOCK, x.size - begin)
-        part = slice(begin, begin + n)
-        xs, ys, zs = x[part], y[part], z[part]
+        xs, ys, zs, norms, angles = cut(begin, x, y, z, norm, angle)
+        a, b, c = three(xs.size)
+        exponents = np.empty(xs.size, np.int64)
         xb, yb, zb = xs.view(np.int64), ys.view(np.int64), zs.view(np.int64)
-        norms, angles = norm[part], angle[part]
-        for i in range(n):
+        for i in range(c.size):
             xm, xe = unpack(xb[i], width)
             ym, ye = unpack(yb[i], width)
             a[i], b[i], c[i], exponents[i] = abs(xm) << room, ym << room, 0, ye - xe - angle_bits
-        vector(0, a[:n], b[:n], c[:n], steps)
-        for i in range(n):
+        vector(0, a, b, c, steps)
+        for i in range(c.size):
             u, v = xs[i], ys[i]
             if np.isnan(u) or np.isnan(v) or np.isnan(zs[i]):
                 norms[i] = angles[i] = np.nan

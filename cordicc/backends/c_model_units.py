@@ -29,8 +29,21 @@ def product(constant: int, shift: int, value_bits: int) -> Product:
 
 
 @dataclass(frozen=True, slots=True)
+class Growth:
+    """Iterations, from `start` on, in which the target grows by f/2^`shift` of itself, or not at all.
+
+    `limbs` are those of the first factor, the largest: how many lower ones, and their bits.
+    """
+
+    start: int
+    factors: tuple[int, ...]
+    limbs: tuple[int, int] | None
+    shift: int = FACTOR_BITS
+
+
+@dataclass(frozen=True, slots=True)
 class Steps:
-    """A table of iterations: angle and shift of each, growth of the target while it can be seen, 1/gain."""
+    """A table of iterations: angle and shift of each, growth of the target, 1/gain."""
 
     table: StepTable
 
@@ -52,16 +65,21 @@ class Steps:
         return product(constant, bits + 1 - SCALE_BITS, bits)
 
     @property
-    def growth(self) -> list[int]:
-        """What the target grows by in each iteration, up to the last that moves one of `coordinate_bits`."""
-        factors = self.table.target_factors
-        seen = [f.bit_length() + self.table.coordinate_bits >= FACTOR_BITS for f in factors]
-        return list(factors[: len(seen) - seen[::-1].index(True)])
+    def growth(self) -> list[Growth]:
+        """How the target grows in each iteration, by stretches with an equal number of limbs.
 
-    @property
-    def target(self) -> Product:
-        """The product with the largest of these factors; the others fit the same limbs."""
-        return product(max(self.growth, key=abs), FACTOR_BITS, self.table.coordinate_bits)
+        Later factors are smaller and need fewer limbs, the last do not move `coordinate_bits` bits: None.
+        """
+        bits, factors = self.table.coordinate_bits, self.table.target_factors
+        found: list[Growth] = []
+        for at, factor in enumerate(factors):
+            seen = factor.bit_length() + bits >= FACTOR_BITS
+            own = limbs(factor, FACTOR_BITS, bits) if seen else None
+            if found and (own and own[0]) == (found[-1].limbs and found[-1].limbs[0]):
+                found[-1] = Growth(found[-1].start, (*found[-1].factors, factor), found[-1].limbs)
+            else:
+                found.append(Growth(at, (factor,), own))
+        return found
 
 
 def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from cordicc.backends import labels, wiring
-from cordicc.backends.diagram import Diagram, frame
-from cordicc.backends.layout import arrange, compact, forced_layers
+from cordicc.backends.diagram import MARGIN, PAGE_WIDTH, Diagram, frame, rows
+from cordicc.backends.folding import fold
+from cordicc.backends.layout import compact, forced_layers
 from cordicc.backends.shapes import Shape, fifo_shape, name_shape, operation_shape, output_text
 from cordicc.plan import Plan
 
@@ -14,24 +15,30 @@ Slot = tuple[int, int]
 _LATE = 1 << 20
 
 
-def render(plan: Plan) -> str:
-    """Return the datapath as SVG."""
+def render(plan: Plan, width: float | None = PAGE_WIDTH) -> str:
+    """Return the datapath as SVG, folded into rows of at most `width` pixels; None: in one row."""
+    return frame(plan, "Datapath", "dp", diagram(plan, width))
+
+
+def pieces(plan: Plan) -> list[str]:
+    """Return the rows of the datapath as pictures without titles, and the legend as the last one."""
+    return rows(plan, "Datapath", "dp", diagram(plan, PAGE_WIDTH))
+
+
+def diagram(plan: Plan, width: float | None) -> Diagram:
+    """Return the datapath, placed and wired."""
     slots = _slots(plan)
     names = sorted(set(slots.values()))
     wished = {box: names.index(slot) for box, slot in slots.items()}
     nets = wiring.nets(plan)
     arcs = [(net.source.box, sink.box) for net in nets for sink in net.sinks]
     layers = compact(forced_layers(wished, arcs))
-    shapes = _shapes(plan, layers)
-    layout = arrange([shape.box for shape in shapes], nets)
     ticks: dict[int, int] = {}
     for box, (cycle, _) in sorted(slots.items(), key=lambda item: item[1]):
         if not box.startswith("in."):
             ticks.setdefault(cycle, layers[box])
-    diagram = Diagram(
-        shapes, layout, {layout.columns[layer][0]: str(cycle) for cycle, layer in ticks.items()}
-    )
-    return frame(plan, "Datapath", "dp", diagram, "start cycle")
+    bands = fold(_shapes(plan, layers), nets, None if width is None else width - 2 * MARGIN)
+    return Diagram(bands, {layer: str(cycle) for cycle, layer in ticks.items()}, "start cycle")
 
 
 def _slots(plan: Plan) -> dict[str, Slot]:

@@ -5,25 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cordicc.backends.svg import INK, MUTED, RULE, Svg, fitted, number, text_width
+from cordicc.backends.palette import INK, MUTED, RULE, SERIES
+from cordicc.backends.svg import Svg, fitted, number, text_width
 
 _WIDTH, _HEIGHT = 640, 360
 _LEFT, _TOP, _MARGIN = 84, 84, 20
 _SIDE = 18.0
 _SIZE = 9.0
-_COLOURS = ("#1f5d96", "#9a4f00", "#2f7030", "#72418a", "#80660a", "#454c54")
 _SIGNS = ("M-5 -5h10v10h-10z", "M0 -6l6 6l-6 6l-6 -6z", "M0 -6l6 11h-12z", "M0 6l6 -11h-12z")
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point: processors, latency in cycles, interval in cycles, FIFO words, and its tooltip."""
+    """A point: processors, latency and interval in cycles, FIFO words, its units, and what is proven."""
 
     processors: int
     latency: int
     interval: int
     fifo_words: int
-    tip: str
+    units: str
+    certificate: str
+
+    @property
+    def tip(self) -> str:
+        """Return the tooltip."""
+        figures = f"interval {self.interval}, latency {self.latency}, {self.fifo_words} FIFO words"
+        return f"{figures}\n{self.units}\n{self.certificate}"
 
 
 def render(title: str, marks: Sequence[Mark]) -> str:
@@ -67,7 +74,7 @@ def render(title: str, marks: Sequence[Mark]) -> str:
 
 
 def _look(index: int) -> tuple[str, str]:
-    return _COLOURS[index % len(_COLOURS)], _SIGNS[index % len(_SIGNS)]
+    return SERIES[index % len(SERIES)], _SIGNS[index % len(_SIGNS)]
 
 
 def _label(svg: Svg, text: str, x: float, y: float, taken: list[tuple[float, float, float, float]]) -> None:

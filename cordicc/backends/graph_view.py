@@ -5,14 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cordicc.backends import labels, wiring
-from cordicc.backends.diagram import Diagram, frame
-from cordicc.backends.layout import Net, arrange, compact, forced_layers
+from cordicc.backends.diagram import MARGIN, PAGE_WIDTH, Diagram, frame
+from cordicc.backends.folding import fold
+from cordicc.backends.layout import Net, compact, forced_layers
 from cordicc.backends.shapes import Shape, name_shape, operation_shape, output_text
 from cordicc.plan import Plan
 
 
-def render(plan: Plan) -> str:
-    """Return the graph as SVG."""
+def render(plan: Plan, width: float | None = PAGE_WIDTH) -> str:
+    """Return the graph as SVG, folded into rows of at most `width` pixels; None: in one row."""
+    return frame(plan, "Dataflow graph", "gr", diagram(plan, width))
+
+
+def diagram(plan: Plan, width: float | None) -> Diagram:
+    """Return the graph, placed and wired."""
     nets = wiring.nets(plan, with_fifos=False)
     arcs = [(net.source.box, sink.box) for net in nets for sink in net.sinks]
     names = [f"in.{name}" for name in wiring.input_names(plan)]
@@ -21,9 +27,7 @@ def render(plan: Plan) -> str:
     layers = compact(_late_inputs(forced_layers(dict.fromkeys(names, 0), arcs), nets))
     last = max(layers.values(), default=0)
     layers |= {f"out.{name}": max(last, 1) for name in plan.outputs}
-    shapes = _shapes(plan, layers)
-    layout = arrange([shape.box for shape in shapes], nets)
-    return frame(plan, "Dataflow graph", "gr", Diagram(shapes, layout, {}))
+    return Diagram(fold(_shapes(plan, layers), nets, None if width is None else width - 2 * MARGIN), {})
 
 
 def _late_inputs(layers: dict[str, int], nets: list[Net]) -> dict[str, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from cordicc.backends.palette import LOOKS
 from cordicc.plan import Fifo, Operand, Operation, Plan
 
 SYMBOLS = {
@@ -18,6 +19,11 @@ CAU_KINDS = ("standard", "implicit")
 def kind_rank(kind: str) -> tuple[int, str]:
     """Return the sort key of a unit kind: CAUs first, kinds of a user's target last."""
     return (KIND_ORDER.index(kind) if kind in KIND_ORDER else len(KIND_ORDER), kind)
+
+
+def plain_kind(kind: str) -> str:
+    """Return the name of a kind in words."""
+    return LOOKS[kind].label.partition(",")[0] if kind in LOOKS else kind
 
 
 def constant(text: str) -> str:
@@ -65,9 +71,14 @@ def _shift(exponent: str) -> str:
     return f"<< {places}" if places >= 0 else f">> {-places}"
 
 
+def mode(operation: Operation) -> str:
+    """Say which mode of its unit an operation takes."""
+    return (operation.mode or operation.op).replace("branch -", "branch −")
+
+
 def function(operation: Operation) -> str:
     """Say what an operation does, constants of small operations included."""
-    words = operation.mode or operation.op
+    words = mode(operation)
     extra = symbol(operation)
     if operation.kind in CAU_KINDS or not operation.params or extra == words:
         return words

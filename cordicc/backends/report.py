@@ -1,60 +1,131 @@
-"""The report: one self-contained HTML page with figures, pictures and tables."""
+"""The report: one self-contained HTML page with figures, formulas, pictures and tables."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import json
 import shlex
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
+from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from cordicc.backends import datapath, labels, schedule_chart
-from cordicc.backends.svg import LOOKS, clean
+from cordicc.backends import (
+    datapath,
+    error_chart,
+    front,
+    labels,
+    mathml,
+    recognition,
+    report_tables,
+    schedule_chart,
+    wiring,
+)
+from cordicc.backends.about import Cards, math
+from cordicc.backends.palette import dark_rules
+from cordicc.backends.svg import clean
 from cordicc.plan import Plan
 
-DASH = "—"
-RECORDED_OPTIONS = ("target", "units", "ii", "max_processors", "max_latency", "minimize", "time_limit")
-GOALS = (("processors", "processors"), ("latency", "latency, cycles"), ("fifo_words", "FIFO words"))
+RECORDED_OPTIONS = (
+    "target", "units", "ii", "max_processors", "max_latency", "minimize", "certify", "time_limit",
+)  # fmt: skip
+
+Typesetter = Callable[[str], str | None]
+"""Returns a formula or an equation in the words of a problem file as HTML; None if it is not one."""
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
-    """A figure of the summary: value, note, and what is known about its optimality."""
+class Explored:
+    """The trade-off of a problem: the title of its plot, and the points that no other beats."""
 
-    name: str
-    value: str
-    note: str = ""
-    proof: str = ""
+    title: str
+    marks: Sequence[front.Mark]
 
 
-@dataclass(frozen=True, slots=True)
-class Accuracy:
-    """A row of the accuracy table, as text."""
+def render(plan: Plan, typeset: Typesetter, explored: Explored | None = None) -> str:
+    """Return the page.
 
-    output: str
-    bound: str
-    where: str
-    most: str
-    rms: str
+    Args:
+        plan: the plan.
+        typeset: makes formulas of texts.
+        explored: the trade-off of the plan's problem, if it is known.
+    """
+    cards = Cards(plan)
+    spans = labels.spans(plan)
+    script = Markup(_template_text("report.js"))
+    return (
+        _environment(typeset)
+        .get_template("report.html.j2")
+        .render(
+            plan=plan,
+            headline=labels.headline(plan),
+            figures=report_tables.figures(plan),
+            units=report_tables.units(plan),
+            accuracy=report_tables.accuracy(plan),
+            errors=[Markup(picture) for picture in error_chart.render(plan)],
+            inputs=plan.problem.get("inputs", []),
+            constants=sorted(plan.problem.get("constants", {}).items()),
+            assumptions=report_tables.assumptions(plan),
+            warnings=plan.problem.get("warnings", []),
+            recognised=recognition.recognised(plan, cards),
+            operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
+            formulas=lambda operation: [math(each) for each in cards.formulas.of(operation)],
+            own_errors=cards.errors,
+            chosen=report_tables.chosen(plan),
+            fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
+            words=sum(fifo.depth for fifo in plan.fifos),
+            formats=report_tables.formats(plan),
+            target_facts=report_tables.target_facts(plan),
+            target_units=report_tables.target_units(plan),
+            cards=cards.all(),
+            command=command(plan),
+            datapath=[Markup(picture) for picture in datapath.pieces(plan)],
+            schedule=Markup(schedule_chart.piece(plan)),
+            explored=explored,
+            front="" if explored is None else Markup(front.render(explored.title, explored.marks)),
+            links=_data({"links": _links(plan), "order": [clean(box) for box in cards.order()]}),
+            style=Markup(_template_text("report.css")),
+            dark=Markup(dark_rules("figure.picture svg")),
+            script=script,
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            dash=report_tables.DASH,
+        )
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class WordFormat:
-    """A row of the table of number formats: a value, and how its words are read."""
+def fragment(plan: Plan) -> str:
+    """Return the plan for a notebook: its figures, accuracy and datapath, as HTML without scripts."""
+    return (
+        _environment(lambda text: None)
+        .get_template("notebook.html.j2")
+        .render(
+            plan=plan,
+            headline=labels.headline(plan),
+            figures=report_tables.figures(plan),
+            accuracy=report_tables.accuracy(plan),
+            datapath=Markup(datapath.render(plan)),
+        )
+    )
 
-    value: str
-    width: int
-    fraction: int
-    largest: str
-    ulp: str
+
+def command(plan: Plan) -> str:
+    """Return the command line that makes this plan again."""
+    words = ["cordicc", "compile", plan.options.get("file", f"{plan.name}.yaml")]
+    for name in RECORDED_OPTIONS:
+        value = plan.options.get(name)
+        option = f"--{name.replace('_', '-')}"
+        if isinstance(value, bool):
+            words.append(option if value else option.replace("--", "--no-"))
+        elif value is not None:
+            words += [option, str(value)]
+    return shlex.join(words)
 
 
-def render(plan: Plan) -> str:
-    """Return the page."""
+def _environment(typeset: Typesetter) -> Environment:
     environment = Environment(
         loader=PackageLoader("cordicc.backends", "templates"),
         autoescape=True,
@@ -64,139 +135,44 @@ def render(plan: Plan) -> str:
         keep_trailing_newline=True,
         finalize=lambda item: item if isinstance(item, Markup) else clean(str(item)),
     )
-    spans = labels.spans(plan)
-    return environment.get_template("report.html.j2").render(
-        plan=plan,
-        headline=labels.headline(plan),
-        figures=_figures(plan),
-        units=_units(plan),
-        accuracy=[_accuracy(name, plan.accuracy.get(name)) for name in plan.outputs],
-        inputs=plan.problem.get("inputs", []),
-        constants=sorted(plan.problem.get("constants", {}).items()),
-        equations=[
-            _equation(str(item["target"]), str(item["text"])) for item in plan.problem.get("equations", [])
-        ],
-        warnings=plan.problem.get("warnings", []),
-        operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
-        derived=[item for item in plan.operations if item.derivation],
-        chosen="proven the cheapest of the alternatives found"
-        if plan.selection.proven
-        else "the cheapest alternatives found, not proven to be",
-        fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
-        words=sum(fifo.depth for fifo in plan.fifos),
-        formats=_formats(plan),
-        operand=labels.operand,
-        decimal=lambda item: labels.constant(str(item)),
-        function=labels.function,
-        command=command(plan),
-        datapath=_inline(datapath.render(plan)),
-        schedule=_inline(schedule_chart.render(plan)),
-        dash=DASH,
-    )
+
+    def formula(text: str) -> Markup:
+        """Return a formula typeset, or as it is written."""
+        made = typeset(clean(text))
+        return Markup("<code>{}</code>").format(clean(text)) if made is None else Markup(made)
+
+    def prose(text: str) -> Markup:
+        """Return a sentence in which formulas stand between backticks, with a capital and a full stop."""
+        text = text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+        parts = text.split("`")
+        return Markup("").join(
+            formula(part) if index % 2 and index + 1 < len(parts) else escape(clean(part))
+            for index, part in enumerate(parts)
+        )
+
+    environment.filters |= {
+        "formula": formula,
+        "prose": prose,
+        "sign": lambda text: math(mathml.name(clean(str(text)))),
+        "decimal": lambda item: labels.constant(str(item)),
+        "function": labels.function,
+        "operand": lambda item: labels.operand(item).removesuffix(".value"),
+        "kind": labels.plain_kind,
+    }
+    return environment
 
 
-def command(plan: Plan) -> str:
-    """Return the command line that makes this plan again."""
-    words = ["cordicc", "compile", plan.options.get("file", f"{plan.name}.yaml")]
-    for name in RECORDED_OPTIONS:
-        value = plan.options.get(name)
-        if value is not None:
-            words += [f"--{name.replace('_', '-')}", str(value)]
-    return shlex.join(words)
+def _template_text(name: str) -> str:
+    return files("cordicc.backends").joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def _inline(svg: str) -> Markup:
-    """Mark a finished picture as safe; its texts are escaped already."""
-    return Markup(svg)
+def _links(plan: Plan) -> list[list[str]]:
+    """Return which box feeds which, in pairs."""
+    pairs = {(net.source.box, sink.box): None for net in wiring.nets(plan) for sink in net.sinks}
+    return [[clean(one), clean(other)] for one, other in pairs]
 
 
-def _equation(target: str, text: str) -> str:
-    """Write an equation so that the name it defines is seen."""
-    text = " ".join(text.split())
-    if text.startswith("solve"):
-        return text
-    if "=" not in text:
-        return f"{target} = {text}"
-    defines = text.partition("=")[0].strip() == target
-    return text if defines else f"{text}    for {target}"
-
-
-def _figures(plan: Plan) -> list[Figure]:
-    kinds = Counter(unit.kind for unit in plan.units)
-    caus = sum(kinds[kind] for kind in labels.CAU_KINDS)
-    clock = labels.clock_hz(plan)
-
-    def time(count: int) -> str:
-        return labels.seconds(count, clock) if clock else ""
-
-    split = ", ".join(f"{kinds[kind]} {kind}" for kind in labels.CAU_KINDS if kinds[kind])
-    words = sum(fifo.depth for fifo in plan.fifos)
-    interval = plan.initiation_interval
-    return [
-        Figure("Processors (CAUs)", str(caus), split, _proof(plan, "processors", caus)),
-        Figure(
-            "Latency, cycles",
-            str(plan.latency_cycles),
-            time(plan.latency_cycles),
-            _proof(plan, "latency", plan.latency_cycles),
-        ),
-        Figure("of which CAU stages", str(plan.cau_cycles), time(plan.cau_cycles)),
-        Figure(
-            "Initiation interval, cycles", str(interval), f"a sample every {time(interval)}" if clock else ""
-        ),
-        Figure("FIFO words", str(words), f"{len(plan.fifos)} segments", _proof(plan, "fifo_words", words)),
-    ]
-
-
-def _proof(plan: Plan, goal: str, value: int) -> str:
-    """Say whether a figure is proven optimal, or how far the bound lies below it."""
-    if plan.optimal.get(goal):
-        return "proven optimal"
-    bound = plan.bounds.get(goal)
-    if bound is None:
-        return "no bound"
-    gap = f", gap {(value - bound) / value:.1%}" if value else ""
-    return f"not proven optimal; at least {bound}{gap}"
-
-
-def _formats(plan: Plan) -> list[WordFormat]:
-    """Return the formats that the plan states: inputs and results, then outputs."""
-    outputs = {f"output {name}": spec for name, spec in plan.formats.outputs.items()}
-    return [_word_format(name, spec) for name, spec in (plan.formats.values | outputs).items()]
-
-
-def _word_format(name: str, spec: Mapping[str, int]) -> WordFormat:
-    ulp = Fraction(2) ** -spec["fraction"]
-    largest = ((1 << (spec["width"] - 1)) - 1) * ulp
-    return WordFormat(name, spec["width"], spec["fraction"], f"{float(largest):.6g}", f"{float(ulp):.3g}")
-
-
-def _units(plan: Plan) -> list[tuple[str, int, str]]:
-    """Return kind, count and latencies of the units, CAUs first."""
-    rows = []
-    for kind in sorted({unit.kind for unit in plan.units}, key=labels.kind_rank):
-        latencies = sorted({unit.latency for unit in plan.units if unit.kind == kind})
-        count = sum(unit.kind == kind for unit in plan.units)
-        name = LOOKS[kind].label if kind in LOOKS else kind
-        rows.append((name, count, ", ".join(map(str, latencies))))
-    return rows
-
-
-def _accuracy(name: str, record: Any) -> Accuracy:
-    known = record or {}
-    bound, observed = known.get("bound") or {}, known.get("observed") or {}
-    where = bound.get("where")
-    share = bound.get("share_of_samples")
-    note = [str(where)] if where else []
-    note += [f"{float(share):.4g} of the samples"] if isinstance(share, (int, float)) else []
-    return Accuracy(
-        name,
-        _error(bound.get("value")),
-        ", ".join(note),
-        _error(observed.get("max")),
-        _error(observed.get("rms")),
-    )
-
-
-def _error(value: Any) -> str:
-    return f"{float(value):.3e}" if isinstance(value, (int, float)) else DASH
+def _data(data: Any) -> Markup:
+    """Return data for the page's script; no text in it can end the element."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

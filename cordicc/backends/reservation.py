@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from cordicc.backends import labels
 from cordicc.backends.diagram import MARGIN
-from cordicc.backends.svg import MUTED, RULE, Svg, fitted, look_of, number, text_width
+from cordicc.backends.palette import MUTED, RULE, look_of
+from cordicc.backends.svg import Svg, fitted, number, text_width
 from cordicc.plan import Operation, Plan, Unit
 
 _ROW = 20

@@ -6,22 +6,27 @@ Where units are shared over time, a modulo reservation chart comes first (`reser
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cordicc.backends import labels
 from cordicc.backends.diagram import MARGIN, heading, kinds_used
+from cordicc.backends.palette import BAND, INK, LOOKS, MUTED, PAPER, RULE, Look, look_of
 from cordicc.backends.reservation import draw as draw_reservation
-from cordicc.backends.svg import INK, LOOKS, MUTED, RULE, Look, Svg, fitted, look_of, number, text_width
+from cordicc.backends.svg import Svg, fitted, number, text_width
 from cordicc.plan import Operation, Plan
 
-LANE = 18
-BAR = 14
+LANE, VALUE_LANE = 18, 15
 SIZE = 9.0
-CHART_WIDTH = 860
+CHART_WIDTH = 960
 LEAST_SCALE, MOST_SCALE = 1.0, 14.0
 LABEL_WIDTH = 170
 LABEL_LIMIT = 150.0
 TICK_SPACING = 60
+MOST_ROWS = 24
+"""Rows of their own that values may have; beyond it they share them."""
+
+MOST_UNITS = 6
+"""The same for the units of a kind that do one operation each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,19 +52,28 @@ class Row:
 
 def render(plan: Plan) -> str:
     """Return the schedule as SVG."""
+    return _drawn(plan, inside=False)
+
+
+def piece(plan: Plan) -> str:
+    """Return the schedule as a picture without title, whose parts a page can tell apart."""
+    return _drawn(plan, inside=True)
+
+
+def _drawn(plan: Plan, *, inside: bool) -> str:
     span = max([plan.latency_cycles, 1, *(operation.finish for operation in plan.operations)])
     scale = min(max(CHART_WIDTH / span, LEAST_SCALE), MOST_SCALE)
     left = MARGIN + LABEL_WIDTH
-    operations = _unit_rows(plan)
-    values = _value_rows(plan)
+    operations = _unit_rows(plan, scale)
+    values = _value_rows(plan, scale)
     width = left + span * scale + 90
     svg = Svg("sc")
-    top = heading(svg, plan, "Schedule", width)
+    top = 0.0 if inside else heading(svg, plan, "Schedule", width)
     if plan.initiation_interval > 1:
         top, widest = draw_reservation(svg, plan, top)
         width = max(width, widest)
     top += 34
-    height = LANE * sum(len(row.lanes) for row in operations + values) + (28 if values else 0)
+    height = LANE * _lane_count(operations) + (VALUE_LANE * _lane_count(values) + 28 if values else 0)
     _axes(svg, plan, (left, top, scale), height, span)
     paint = svg.hatch("hatch", LOOKS["fifo"].stroke)
     y = _rows(svg, operations, top, (left, scale, width - MARGIN), None)
@@ -73,10 +87,15 @@ def render(plan: Plan) -> str:
         y += 18
     extra = ["fifo"] if values else []
     y = svg.legend(MARGIN, y, kinds_used(plan, *extra), width - 2 * MARGIN, fifo_paint=paint)
-    return svg.document(width, y + 8, f"Schedule of {plan.name}")
+    return svg.document(width, y + 8, f"Schedule of {plan.name}", inside=inside)
 
 
-def _unit_rows(plan: Plan) -> list[Row]:
+def _lane_count(rows: Sequence[Row]) -> int:
+    return sum(len(row.lanes) for row in rows)
+
+
+def _unit_rows(plan: Plan, scale: float) -> list[Row]:
+    """Return a row for each unit; many of a kind that do one operation each share rows."""
     busy: dict[str, list[Operation]] = {}
     for operation in plan.operations:
         busy.setdefault(operation.unit, []).append(operation)
@@ -84,18 +103,34 @@ def _unit_rows(plan: Plan) -> list[Row]:
     kinds |= {op.unit: op.kind for op in plan.operations if op.unit not in kinds}
     order = {unit: index for index, unit in enumerate(kinds)}
     rows = []
+    together: dict[str, list[Operation]] = {}
     instant: list[Operation] = []
     for unit in sorted(kinds, key=lambda name: (_group(kinds[name]), order[name])):
         group = busy.get(unit, [])
         timed = [operation for operation in group if operation.finish > operation.start]
         instant += [operation for operation in group if operation.finish <= operation.start]
-        if timed or not group:
-            rows.append(Row(unit, "" if timed else "idle", _lanes([_bar(operation) for operation in timed])))
+        if len(timed) == 1 and _many(plan, kinds[unit]):
+            if kinds[unit] not in together:
+                together[kinds[unit]] = []
+                rows.append(Row(kinds[unit], "", ()))
+            together[kinds[unit]] += timed
+        elif timed or not group:
+            bars = [_bar(operation) for operation in timed]
+            rows.append(Row(unit, "" if timed else "idle", _lanes(bars, scale)))
+    rows = [
+        replace(row, note=f"{len(together[row.name])} units", lanes=_lanes(_bars(together[row.name]), scale))
+        if row.name in together
+        else row
+        for row in rows
+    ]
     if instant:
-        rows.append(
-            Row("no cycle", f"{len(instant)} operations", _lanes([_bar(item) for item in instant], 26))
-        )
+        rows.append(Row("no cycle", f"{len(instant)} operations", _lanes(_bars(instant), scale)))
     return rows
+
+
+def _many(plan: Plan, kind: str) -> bool:
+    """Tell whether a kind has so many units that they are drawn together."""
+    return kind not in labels.CAU_KINDS and sum(unit.kind == kind for unit in plan.units) > MOST_UNITS
 
 
 def _group(kind: str) -> tuple[int, str]:
@@ -106,33 +141,61 @@ def _group(kind: str) -> tuple[int, str]:
 def _bar(operation: Operation) -> Bar:
     name = operation.id
     if operation.kind in labels.CAU_KINDS:
-        name = " ".join(part for part in (operation.id, operation.equation, f"({operation.mode})") if part)
+        name = " ".join(
+            part for part in (operation.id, operation.equation, f"({labels.mode(operation)})") if part
+        )
     tip = labels.operation_tip(operation)
     return Bar(f"op.{operation.id}", operation.start, operation.finish, name, operation.kind, tip)
 
 
-def _value_rows(plan: Plan) -> list[Row]:
+def _bars(operations: Sequence[Operation]) -> list[Bar]:
+    return [_bar(operation) for operation in operations]
+
+
+def _value_rows(plan: Plan, scale: float) -> list[Row]:
+    """Return a row for each value that waits; many of them share rows, with their names at the bars."""
     spans = labels.spans(plan)
+    together = len({fifo.value for fifo in plan.fifos}) > MOST_ROWS
     rows: dict[str, list[Bar]] = {}
     for fifo in plan.fifos:
         begin, end = spans[fifo.id]
-        bar = Bar(f"fifo.{fifo.id}", begin, end, str(fifo.depth), "fifo", labels.fifo_tip(fifo))
-        rows.setdefault(fifo.value, []).append(bar)
+        text = f"{_short(fifo.value)}\u00a0·\u00a0{fifo.depth}" if together else str(fifo.depth)
+        bar = Bar(f"fifo.{fifo.id}", begin, end, text, "fifo", labels.fifo_tip(fifo))
+        rows.setdefault("" if together else _short(fifo.value), []).append(bar)
     ordered = sorted(rows.items(), key=lambda item: min(bar.begin for bar in item[1]))
-    return [Row(name, "", _lanes(bars)) for name, bars in ordered]
+    return [Row(name, "", _lanes(bars, scale)) for name, bars in ordered]
 
 
-def _lanes(bars: Sequence[Bar], apart: int = 0) -> tuple[tuple[Bar, ...], ...]:
-    """Put each bar into the first lane that is free, `apart` cycles after the last."""
+def _short(value: str) -> str:
+    return fitted(value.removesuffix(".value"), SIZE, LABEL_LIMIT)
+
+
+def _lanes(bars: Sequence[Bar], scale: float) -> tuple[tuple[Bar, ...], ...]:
+    """Put each bar into the first lane in which neither it nor a label beside it meets another one."""
     lanes: list[list[Bar]] = []
+    free: list[float] = []
     for bar in sorted(bars, key=lambda item: (item.begin, item.end)):
-        for lane in lanes:
-            if lane[-1].end + apart <= bar.begin:
+        left, right = _extent(bar, scale)
+        for number_, lane in enumerate(lanes):
+            if free[number_] <= left:
                 lane.append(bar)
+                free[number_] = right
                 break
         else:
             lanes.append([bar])
+            free.append(right)
     return tuple(tuple(lane) for lane in lanes) or ((),)
+
+
+def _extent(bar: Bar, scale: float) -> tuple[float, float]:
+    """Return the pixels from the chart's left edge that a bar and its label take."""
+    first = bar.label.split(" ")[0]
+    left, right = bar.begin * scale, bar.end * scale
+    if bar.end <= bar.begin:
+        return left - 5, right + 5 + 3 + text_width(first, SIZE) + 6
+    if text_width(first, SIZE) + 8 <= right - left:
+        return left, right
+    return left, right + 3 + text_width(first, SIZE) + 4
 
 
 def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: float, span: int) -> None:
@@ -163,64 +226,59 @@ def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: floa
 def _rows(
     svg: Svg, rows: Sequence[Row], y: float, across: tuple[float, float, float], paint: str | None
 ) -> float:
+    """Draw rows; FIFOs, which have a `paint`, in lower lanes."""
     left, _, right = across
+    lane_height = VALUE_LANE if paint else LANE
     for index, row in enumerate(rows):
-        height = LANE * len(row.lanes)
+        height = lane_height * len(row.lanes)
         if index % 2 == 0:
-            svg.tag(
-                "rect", x=MARGIN, y=y, width=right - MARGIN, height=height, fill="#000000", fill_opacity=0.035
-            )
+            svg.tag("rect", x=MARGIN, y=y, width=right - MARGIN, height=height, fill=BAND, fill_opacity=0.6)
         name = fitted(row.name, 10, LABEL_LIMIT - (text_width(row.note, SIZE) + 8 if row.note else 0))
-        svg.text(MARGIN + 4, y + 13, name, 10)
+        base = y + lane_height / 2 + 3.5
+        if name:
+            svg.text(MARGIN + 4, base, name, 10)
         if row.note:
-            svg.text(left - 12, y + 13, row.note, SIZE, anchor="end", fill=MUTED)
+            svg.text(left - 12, base, row.note, SIZE, anchor="end", fill=MUTED)
         for lane in row.lanes:
-            _lane(svg, lane, y, across, paint)
-            y += LANE
+            for place, bar in enumerate(lane):
+                after = left + lane[place + 1].begin * across[1] - 4 if place + 1 < len(lane) else right
+                _draw_bar(svg, bar, y, (left, across[1], after), paint)
+            y += lane_height
     return y
 
 
-def _lane(
-    svg: Svg, lane: Sequence[Bar], y: float, across: tuple[float, float, float], paint: str | None
-) -> None:
-    left, scale, right = across
-    for index, bar in enumerate(lane):
-        x, end = left + bar.begin * scale, left + bar.end * scale
-        nearest = left + lane[index + 1].begin * scale - 4 if index + 1 < len(lane) else right
-        svg.open(bar.tip, data_id=bar.id)
-        if bar.end <= bar.begin:
-            middle = number(y + LANE / 2)
-            look = look_of(bar.kind)
-            path = f"M{number(x - 5)} {middle}l5 -5l5 5l-5 5z"
-            svg.tag("path", d=path, fill=look.fill, stroke=look.stroke, stroke_width=look.width)
-            end = x + 5
-        elif paint:
-            ground = Look("", paint, LOOKS["fifo"].stroke, 0.8, radius=0)
-            svg.box(x, y + 4, end - x, BAR - 4, ground)
-        else:
-            svg.box(x, y + 2, end - x, BAR, look_of(bar.kind))
-        _label(svg, bar, y, (x, end, nearest), backed=paint is not None)
-        svg.close()
+def _draw_bar(svg: Svg, bar: Bar, y: float, across: tuple[float, float, float], paint: str | None) -> None:
+    left, scale, nearest = across
+    x, end = left + bar.begin * scale, left + bar.end * scale
+    svg.open(bar.tip, data_id=bar.id)
+    if bar.end <= bar.begin:
+        look = look_of(bar.kind)
+        path = f"M{number(x - 5)} {number(y + LANE / 2)}l5 -5l5 5l-5 5z"
+        svg.tag("path", d=path, fill=look.fill, stroke=look.stroke, stroke_width=look.width)
+        end = x + 5
+    elif paint:
+        ground = Look("", paint, LOOKS["fifo"].stroke, 0.8, radius=0)
+        svg.box(x, y + 2.5, end - x, VALUE_LANE - 5, ground)
+    else:
+        svg.box(x, y + 2, end - x, LANE - 4, look_of(bar.kind))
+    middle = y + (VALUE_LANE if paint else LANE) / 2
+    _label(svg, bar, middle, (x, end, nearest), backed=paint is not None)
+    svg.close()
 
 
-def _label(svg: Svg, bar: Bar, y: float, room: tuple[float, float, float], *, backed: bool) -> None:
+def _label(svg: Svg, bar: Bar, middle: float, room: tuple[float, float, float], *, backed: bool) -> None:
     """Write the label into the bar, else its first word, else right of it where there is room."""
     x, end, nearest = room
-    base = y + LANE / 2 + 3.2
+    base = middle + 3.2
     for text in (bar.label, bar.label.split(" ")[0]):
         width = text_width(text, SIZE)
         if width + 8 <= end - x:
-            middle = (x + end) / 2
+            centre = (x + end) / 2
             if backed:
                 svg.tag(
-                    "rect",
-                    x=middle - width / 2 - 2,
-                    y=y + 4.5,
-                    width=width + 4,
-                    height=BAR - 5,
-                    fill="#ffffff",
+                    "rect", x=centre - width / 2 - 2, y=middle - 4.5, width=width + 4, height=9, fill=PAPER
                 )
-            svg.text(middle, base, text, SIZE, anchor="middle")
+            svg.text(centre, base, text, SIZE, anchor="middle")
             return
     text = bar.label.split(" ")[0]
     if end + 3 + text_width(text, SIZE) <= nearest:

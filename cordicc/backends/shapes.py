@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 from cordicc.backends.labels import CAU_KINDS, constant, cycles, fifo_tip, operation_tip, symbol
+from cordicc.backends.labels import mode as mode_of
 from cordicc.backends.layout import Box
+from cordicc.backends.palette import INK, MUTED, look_of
 from cordicc.backends.routing import GRID
-from cordicc.backends.svg import INK, MUTED, Svg, fitted, look_of, text_width, wrapped
+from cordicc.backends.svg import Svg, fitted, text_width, wrapped
 from cordicc.backends.wiring import live_inputs
 from cordicc.plan import Fifo, Operand, Operation
 
 ROW = 2 * GRID
 CAU_TEXT = 150
-SMALL_TEXT = 96
+SMALL_TEXT = 128
 NAME_TEXT = 140
 RESULT_NAMES = {
     "vector": ("norm", "angle"), "rotate": ("x", "y"), "lightcone": ("root", "angle"),
@@ -39,16 +41,25 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A box with its kind, texts and tooltip."""
+    """A box with its kind, texts and tooltip.
+
+    A label that stands for a box of another row has that as its `source`, and names the boxes that it
+    leads to.
+    """
 
     box: Box
     kind: str
     lines: tuple[Line, ...]
     tip: str
+    source: str = ""
+    leads_to: tuple[str, ...] = ()
 
     def draw(self, svg: Svg, x: float, y: float) -> None:
         """Draw the shape with its corner at (x, y)."""
-        svg.open(self.tip, data_id=self.box.id)
+        if self.source:
+            svg.open(self.tip, data_from=self.source, data_to=" ".join(self.leads_to))
+        else:
+            svg.open(self.tip, data_id=self.box.id)
         if self.kind == "fifo":
             svg.stripes(x, y, self.box.width, self.box.height)
         else:
@@ -82,7 +93,7 @@ def _cau(operation: Operation, layer: int) -> Shape:
         CAU_TEXT,
         bold=True,
     )
-    mode = wrapped(operation.mode or operation.op, 10, CAU_TEXT, 3)
+    mode = wrapped(mode_of(operation), 10, CAU_TEXT, 3)
     left = [_port(port, item) for port, item in zip(operation.ports, operation.operands, strict=False)]
     right = [
         fitted(name, 10, CAU_TEXT / 2) + ("" if operation.results[index] else " (unused)")
@@ -158,6 +169,20 @@ def name_shape(box_id: str, kind: str, text: str, tip: str, layer: int) -> Shape
     ports: Sequence[int] = (GRID,)
     inputs, outputs = (tuple(ports), ()) if kind == "output" else ((), tuple(ports))
     return Shape(Box(box_id, layer, width, ROW, inputs, outputs), kind, (line,), tip)
+
+
+def link_shape(box_id: str, name: str, source: Shape, leads_to: tuple[str, ...], layer: int) -> Shape:
+    """Return the label at which a wire to or from another row ends; that of an input looks like one."""
+    if source.kind == "input":
+        shape = name_shape(box_id, "input", name, source.tip, layer)
+        return replace(shape, source=source.box.id, leads_to=leads_to)
+    text = fitted(name.removesuffix(".value"), 9, NAME_TEXT)
+    width = _whole(text_width(text, 9) + 10)
+    ends = ((), (GRID,)) if box_id.startswith("from.") else ((GRID,), ())
+    line = Line(width / 2, 11.5, text, 9, "middle", fill=MUTED)
+    where = "from" if box_id.startswith("from.") else "to"
+    tip = f"{name}, {where} another row"
+    return Shape(Box(box_id, layer, width, ROW, *ends), "link", (line,), tip, source.box.id, leads_to)
 
 
 def output_text(name: str, item: Operand) -> str:

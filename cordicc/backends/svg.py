@@ -1,4 +1,4 @@
-"""SVG text: a small writer, conservative text widths, and the look every picture shares.
+"""SVG text: a small writer and conservative text widths.
 
 Presentation attributes only, no style sheets: a picture put inline into a page must not restyle the page.
 """
@@ -11,48 +11,13 @@ from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Any
 
-FONT = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
-INK = "#1b1f24"
-MUTED = "#57606a"
-RULE = "#d8dee4"
+from cordicc.backends.palette import INK, LOOKS, PAPER, Look, look_of
 
+FONT = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
 _NARROW = frozenset("ijlI.,:;'|!()[]/ `")
 _WIDE = frozenset("mwMW@%—…")
 _ILLEGAL = dict.fromkeys((*range(0x20), 0x7F, 0xFFFE, 0xFFFF, *range(0xD800, 0xE000)), "\ufffd")
 _ILLEGAL |= dict.fromkeys((0x09, 0x0A, 0x0D), " ")
-
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """How a unit kind is drawn.  Fill, border and corner differ, so that grey prints stay readable."""
-
-    label: str
-    fill: str
-    stroke: str
-    width: float = 1.2
-    dash: str = ""
-    radius: int = 2
-    inner: bool = False
-
-
-LOOKS: dict[str, Look] = {
-    "standard": Look("standard CAU", "#cfe3f7", "#1f5d96", 1.6),
-    "implicit": Look("implicit CAU", "#f9d9b4", "#9a4f00", 1.6, inner=True),
-    "mul": Look("multiplier", "#d5ecd0", "#2f7030", 1.2),
-    "cmul": Look("constant multiplier", "#eef7e6", "#2f7030", 1.2, "4 2"),
-    "add": Look("adder", "#fdf3c3", "#80660a", 1.2, radius=10),
-    "shift": Look("shift", "#ffffff", "#80660a", 1.2, "1.5 2", radius=10),
-    "sign": Look("sign or check, no cycle", "#f1e4f6", "#72418a", 1.2, radius=12),
-    "fifo": Look("FIFO, depth in words", "#ffffff", "#454c54", 1.0, radius=0),
-    "input": Look("input", "#ffffff", "#1b1f24", 1.2, radius=0),
-    "output": Look("output", "#e6e8eb", "#1b1f24", 1.6, radius=0),
-}
-OTHER = Look("other unit", "#e6e8eb", "#454c54", 1.2, "6 2 1 2")
-
-
-def look_of(kind: str) -> Look:
-    """Return the look of a unit kind; kinds a target adds share one."""
-    return LOOKS.get(kind, OTHER)
 
 
 def clean(text: str) -> str:
@@ -175,7 +140,7 @@ class Svg:
         line = f'<path d="M0 6L6 0" stroke="{colour}" stroke-width="1"/>'
         pattern = (
             f'<pattern id="{ident}" width="6" height="6" patternUnits="userSpaceOnUse">'
-            f'<rect width="6" height="6" fill="#ffffff"/>{line}</pattern>'
+            f'<rect width="6" height="6" fill="{PAPER}"/>{line}</pattern>'
         )
         self.tag("defs", pattern)
         return f"url(#{ident})"
@@ -211,15 +176,16 @@ class Svg:
             left += width
         return y + 20
 
-    def document(self, width: float, height: float, label: str) -> str:
-        """Return the finished document on white."""
+    def document(self, width: float, height: float, label: str, *, inside: bool = False) -> str:
+        """Return the finished document on white; `inside` a page its parts can be reached one by one."""
+        role = "group" if inside else "img"
         size = f'width="{number(width)}" height="{number(height)}"'
         view = f'viewBox="0 0 {number(width)} {number(height)}"'
         head = (
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size} {view} role="img" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" {size} {view} role="{role}" '
             f'aria-label="{quoted(label)}" font-family="{escape(FONT, quote=False)}">'
         )
-        ground = f'<rect {size} fill="#ffffff"/>'
+        ground = f'<rect {size} fill="{PAPER}"/>'
         return "\n".join([head, ground, *self.parts, "</svg>"]) + "\n"
 
 

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.certify.boxes import Boxes, Floats
-from cordicc.certify.climb import climb
 from cordicc.certify.network import Network, Step
 from cordicc.certify.predicates import Predicate, margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import errors, forward, least_square
+from cordicc.emulate.climb import climb
 
 _OCTAVES = 11
 """A margin 2^-11 of the median is demanded, an own bound 2^11 of the median is allowed.

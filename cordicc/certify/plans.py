@@ -1,4 +1,4 @@
-"""The bounds of a plan: proven for it, written into it, and judged on samples."""
+"""The bounds of a plan: proven for it, written into it, and read back to judge samples."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.machine import Arithmetic
+from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.certificate import Bound, certify
-from cordicc.certify.network import network
-from cordicc.certify.predicates import Predicate, inside
+from cordicc.certify.network import Network, network
+from cordicc.certify.predicates import OWN_BOUND, Predicate, inside, meets, singular
+from cordicc.certify.sweep import forward
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
-
-UNIT_PROGRAM = "unit_program"
-"""Where a plan's problem holds the graph of its operations, with exact constants."""
+from cordicc.record import UNIT_PROGRAM
 
 SAMPLES = 10_000
 """Of which the plan states the share that is inside, with seed 0; thresholds follow from the first ones."""
@@ -27,15 +27,8 @@ _CHOOSING = 2_000
 
 EVERYWHERE = "every valid sample"
 
-Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Judged:
-    """An output's bound on samples: the share inside, and how many of those inside are beyond the bound."""
-
-    share: float
-    beyond: int
+_BLOCK_SAMPLES = 8192
+"""Samples judged at once: enough to hide the cost of a NumPy call, few enough to need little memory."""
 
 
 def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str, Bound]:
@@ -79,37 +72,47 @@ def _spec(bound: Bound, share: float) -> dict[str, Any]:
     }
 
 
-def inside_bounds(plan: Plan, inputs: Mapping[str, Floats]) -> dict[str, NDArray[np.bool_]]:
-    """Return, by output with a bound, the samples that meet the conditions under which it holds.
+@dataclass(frozen=True, slots=True)
+class StatedBounds:
+    """The bounds that a plan states: by output, values and conditions under which they hold."""
 
-    Args:
-        plan: with bounds.
-        inputs: float64 of shape (n,) by input, within the ranges.
-    """
-    stated = {n: figures["bound"] for n, figures in plan.accuracy.items() if figures["bound"] is not None}
-    if not stated:
-        return {}
-    net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
-    return {
-        name: inside(net, name, tuple(Predicate(**condition) for condition in bound["conditions"]), inputs)
-        for name, bound in stated.items()
-    }
+    net: Network
+    values: Mapping[str, float]
+    conditions: Mapping[str, tuple[Predicate, ...]]
 
+    @classmethod
+    def of(cls, plan: Plan) -> StatedBounds | None:
+        """Return the bounds of a plan that come with their conditions as data, None if it states none.
 
-def judged(
-    plan: Plan, inputs: Mapping[str, Floats], errors: Mapping[str, Floats], valid: NDArray[np.bool_]
-) -> dict[str, Judged]:
-    """Return how a plan's bounds fare on samples.
+        Raises ValueError or LookupError for a condition that is none of the plan's operations.
+        """
+        bounds = {name: figures["bound"] for name, figures in plan.accuracy.items()}
+        stated = {
+            name: bound for name, bound in bounds.items() if bound is not None and "conditions" in bound
+        }
+        if not stated:
+            return None
+        net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
+        conditions = {n: tuple(Predicate(**c) for c in bound["conditions"]) for n, bound in stated.items()}
+        for name, wanted in conditions.items():
+            possible = {step.id for step in net.upstream(name) if singular(step)}
+            for condition in wanted:
+                if condition.kind != OWN_BOUND and condition.operation not in possible:
+                    raise ValueError(f"the bound of '{name}' has a condition on '{condition.operation}'")
+        return cls(net, {name: float(bound["value"]) for name, bound in stated.items()}, conditions)
 
-    Args:
-        plan: with bounds.
-        inputs: float64 of shape (n,) by input.
-        errors: by output, |simulated - exact|, of angles modulo 2 pi.
-        valid: samples valid in the equations and in the simulation; only these count.
-    """
-    found = {}
-    kept = {name: column[valid] for name, column in inputs.items()}
-    for name, held in inside_bounds(plan, kept).items():
-        beyond = held & (errors[name][valid] > plan.accuracy[name]["bound"]["value"])
-        found[name] = Judged(float(held.mean()) if held.size else 0.0, int(beyond.sum()))
-    return found
+    def inside(self, inputs: Mapping[str, Floats]) -> dict[str, NDArray[np.bool_]]:
+        """Return, by output with a bound, which samples meet the conditions under which it holds.
+
+        `inputs` are samples that are valid in the equations and in the simulation, float64 of shape (n,).
+        """
+        count = len(next(iter(inputs.values()))) if inputs else 1
+        found = {name: np.ones(count, dtype=bool) for name in self.values}
+        for begin in range(0, count if any(self.conditions.values()) else 0, _BLOCK_SAMPLES):
+            block = slice(begin, begin + _BLOCK_SAMPLES)
+            points = {name: Boxes(inputs[name][block], inputs[name][block]) for name in self.net.inputs}
+            made = forward(self.net, self.net.steps, points, {})
+            for name, conditions in self.conditions.items():
+                if conditions:
+                    found[name][block] = meets(self.net, name, conditions, made)
+        return found

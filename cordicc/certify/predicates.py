@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.models import CHOOSER
 from cordicc.certify.network import Network, Step
-from cordicc.certify.sweep import errors, forward
+from cordicc.certify.sweep import Forward, errors, forward
 
 OWN_BOUND = "own bound"
 
@@ -82,12 +82,16 @@ def inside(
     net: Network, output: str, conditions: Sequence[Predicate], samples: Mapping[str, Floats]
 ) -> NDArray[np.bool_]:
     """Tell which samples, float64 of shape (n,) by input, meet the conditions of an output's bound."""
-    steps = net.upstream(output)
-    made = forward(net, steps, {name: Boxes(samples[name], samples[name]) for name in net.inputs}, {})
+    points = {name: Boxes(samples[name], samples[name]) for name in net.inputs}
+    return meets(net, output, conditions, forward(net, net.upstream(output), points, {}))
+
+
+def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> NDArray[np.bool_]:
+    """Tell which samples meet conditions, given their forward sweep over at least what is upstream."""
     kept = ~made.empty
     for condition in conditions:
         if condition.kind == OWN_BOUND:
-            kept &= errors(net, steps, output, made) <= condition.threshold
+            kept &= errors(net, net.upstream(output), output, made) <= condition.threshold
         else:
             assert condition.operation is not None
             kept &= made.squares[condition.operation].lo >= condition.threshold * condition.threshold

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.emulate.histogram import angular
+from cordicc.emulate.histogram import Errors, angular
 from cordicc.ir.graph import Graph
 from cordicc.ir.reference import evaluate
 
@@ -19,12 +19,14 @@ class Observed:
     """Errors over the samples valid in both the equations and the simulation; None without any.
 
     `max` and `rms` are absolute, in the unit of the output; of angles, modulo 2 pi.  `at` is the
-    sample of the largest error.
+    sample of the largest error.  `histogram` has the least error of each bin and its samples, see
+    `Errors.rows`.
     """
 
     max: float | None
     rms: float | None
     at: int | None
+    histogram: tuple[tuple[float, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,10 @@ def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, 
         if error.size:
             rms = float(np.sqrt(np.mean(np.square(error))))
             where = int(np.argmax(error))
-            observed[name] = Observed(float(error[where]), rms, int(np.flatnonzero(both)[where]))
+            bins = Errors()
+            bins.add(error, np.arange(error.size), rank=False)
+            at = int(np.flatnonzero(both)[where])
+            observed[name] = Observed(float(error[where]), rms, at, tuple(bins.rows()))
         else:
             observed[name] = Observed(None, None, None)
     return Comparison(

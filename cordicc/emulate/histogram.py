@@ -36,6 +36,15 @@ def worst_first(errors: Floats, samples: NDArray[np.int64], count: int) -> NDArr
     return np.asarray(candidates[order])
 
 
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """A sample with a large error: its number from 1, None if a search found it, and its inputs."""
+
+    error: float
+    sample: int | None
+    inputs: dict[str, float]
+
+
 @dataclass(slots=True)
 class Errors:
     """Errors seen so far; `worst` holds (error, number of the sample from 0), the largest first.

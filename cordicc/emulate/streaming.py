@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate.accuracy import Comparison, Observed
-from cordicc.emulate.histogram import Errors, angular, worst_first
+from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
+from cordicc.emulate.judging import Judgement, Limits, Part
 from cordicc.emulate.screening import screen
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import evaluate
+from cordicc.ir.reference import effort, evaluate
 
 Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
@@ -33,14 +34,8 @@ _SUSPECTS = 32
 _DOUBTFUL = 1000
 """Samples of doubtful validity that are looked at in high precision in one run."""
 
-
-@dataclass(frozen=True, slots=True)
-class Worst:
-    """A sample with a large error: its number from 1, None if a search found it, and its inputs."""
-
-    error: float
-    sample: int | None
-    inputs: dict[str, float]
+_CLOSER_LOOKS = 3_000_000
+"""Products that suspects and samples of doubtful validity may each take as long as, in high precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +44,7 @@ class Report:
 
     `referenced` samples were compared in high precision, `screened` ones in double precision, which was
     at most `screening_error` from the reference, by output, where both were computed; None where none was.
+    `judgement` says how the plan's bounds fare, if it states any.
     """
 
     comparison: Comparison
@@ -57,6 +53,7 @@ class Report:
     referenced: int
     screened: int
     screening_error: Mapping[str, float | None]
+    judgement: Judgement | None
 
 
 @dataclass(slots=True)
@@ -66,6 +63,7 @@ class _Tally:
     graph: Graph
     angles: Mapping[str, bool]
     reference: int
+    judgement: Judgement | None = None
     samples: int = 0
     valid: int = 0
     lost: int = 0
@@ -101,8 +99,11 @@ class _Tally:
             defined = self._decide(inputs, defined, simulated)
         both = defined & simulated
         numbers = self.samples + np.flatnonzero(both)
-        for name, is_angle in self.angles.items():
-            error = angular(outputs[name][both] - values[name][both], is_angle)
+        errors = {n: angular(outputs[n][both] - values[n][both], a) for n, a in self.angles.items()}
+        if self.judgement is not None:
+            inside, made = ({n: column[both] for n, column in each.items()} for each in (inputs, outputs))
+            self.judgement.add(Part(numbers, inside, made, errors, precise))
+        for name, error in errors.items():
             known = np.isfinite(error)  # a doubtful sample may have no value in double precision
             self.errors[name].add(error[known], numbers[known], rank=precise)
             if not precise:
@@ -130,7 +131,8 @@ class _Tally:
         self, inputs: Samples, defined: NDArray[np.bool_], simulated: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
         """Return which samples the equations can do, in high precision where that is in doubt."""
-        doubt = np.flatnonzero(defined != simulated)[: _DOUBTFUL - self.doubtful]
+        most = min(_DOUBTFUL, self.closer_looks())
+        doubt = np.flatnonzero(defined != simulated)[: max(0, most - self.doubtful)]
         if not doubt.size:
             return defined
         self.doubtful += doubt.size
@@ -151,17 +153,28 @@ class _Tally:
         self.suspects[name] = sorted(found, key=lambda each: (-each[0], each[1]))[:_SUSPECTS]
 
     def settle(self) -> None:
-        """Look at the suspects in high precision, and let them count among the worst."""
+        """Look at the suspects in high precision, the worst of each output first; they count as worst."""
+        chosen: dict[int, dict[str, float]] = {}
+        for place in range(_SUSPECTS):
+            for suspects in self.suspects.values():
+                if place < len(suspects) and len(chosen) < self.closer_looks():
+                    chosen.setdefault(suspects[place][1], suspects[place][2])
+        if not chosen:
+            return
+        rows = {number: row for row, number in enumerate(chosen)}
+        names = next(iter(chosen.values()))
+        inputs = {each: np.array([sample[each] for sample in chosen.values()]) for each in names}
+        values, defined = evaluate(self.graph, inputs)
         for name, suspects in self.suspects.items():
-            if not suspects:
-                continue
-            inputs = {each: np.array([s[2][each] for s in suspects]) for each in suspects[0][2]}
-            values, defined = evaluate(self.graph, inputs)
-            difference = np.array([s[3] for s in suspects]) - values[name]
-            errors = angular(difference[defined], self.angles[name]).tolist()
-            numbers = [suspect[1] for suspect, ok in zip(suspects, defined, strict=True) if ok]
-            self.errors[name].rank(zip(errors, numbers, strict=True))
-            self.known |= {suspect[1]: suspect[2] for suspect in suspects}
+            kept = [s for s in suspects if s[1] in rows and defined[rows[s[1]]]]
+            difference = np.array([s[3] - values[name][rows[s[1]]] for s in kept])
+            errors = angular(difference, self.angles[name]).tolist()
+            self.errors[name].rank(zip(errors, (s[1] for s in kept), strict=True))
+        self.known |= chosen
+
+    def closer_looks(self) -> int:
+        """Return how many samples may be looked at once more in high precision."""
+        return max(1, _CLOSER_LOOKS // max(1, effort(self.graph)))
 
     def report(self) -> Report:
         """Return what the run showed."""
@@ -175,7 +188,9 @@ class _Tally:
         }
         counts = (self.samples, self.valid, self.lost, self.gained, self.lost_at)
         comparison = Comparison(observed, *counts)
-        return Report(comparison, self.errors, worst, self.referenced, self.screened, self.gaps)
+        return Report(
+            comparison, self.errors, worst, self.referenced, self.screened, self.gaps, self.judgement
+        )
 
 
 def run_parts(
@@ -186,6 +201,7 @@ def run_parts(
     take: Callable[[Outputs], None],
     reached: Callable[[int], None],
     reference: int = REFERENCE_SAMPLES,
+    limits: Limits | None = None,
 ) -> Report:
     """Simulate part after part and compare with the equations.
 
@@ -197,8 +213,10 @@ def run_parts(
         take: gets the outputs of each part, in order.
         reached: is told how many samples are done.
         reference: how many samples, the first ones, are compared in high precision.
+        limits: the bounds by which samples are judged.
     """
-    tally = _Tally(graph, angles, reference)
+    judgement = None if limits is None else Judgement(graph, angles, limits)
+    tally = _Tally(graph, angles, reference, judgement)
     for name in angles:
         tally.errors[name], tally.gaps[name], tally.suspects[name] = Errors(), None, []
     for inputs in parts:

@@ -63,7 +63,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
     starts, and falls half a period later.
 
     Raises:
-        Unattainable: the waveform would be too large (E615).
+        Unattainable: the waveform would be too large (E616).
         ValueError, MachineError: as `cycle.run`.
     """
     arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
@@ -91,7 +91,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
 def _check_size(signals: int, cycles: int) -> None:
     if signals * cycles > MOST_SIGNAL_CYCLES:
         message = f"the waveform would have {signals} signals over {cycles} cycles"
-        raise Unattainable([Diagnostic("E615", message, hint="write fewer samples: --vcd-samples")])
+        raise Unattainable([Diagnostic("E616", message, hint="write fewer samples: --vcd-samples")])
 
 
 def _time(clock_hz: float) -> tuple[int, str]:

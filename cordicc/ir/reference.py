@@ -1,7 +1,8 @@
 """High-precision evaluation of a graph: the yardstick for every simulation and every rewrite.
 
-Each operation is evaluated as it is defined in `cordicc.ir.ops`, by mpmath's floating point at
-`PRECISION` bits, sample by sample.  A result without a value is None; so is all that follows from it.
+Each operation is evaluated as it is defined in `cordicc.ir.ops`, sample by sample: in balls with proven
+radii (`cordicc.ir.balls`) where these settle every result, else by mpmath's floating point at `PRECISION`
+bits.  A result without a value is None; so is all that follows from it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from mpmath import libmp
 from mpmath.libmp import fone, fzero
 
+from cordicc.ir import balls
 from cordicc.ir.graph import Graph, Value
 
 PRECISION = 113
@@ -23,6 +25,14 @@ PRECISION = 113
 
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
+
+_TRANSCENDENTAL = ("sin", "cos", "tan", "atan2", "exp", "log", "atan", "sinh", "cosh", "tanh", "pow", "wrap")
+_HEAVY = {
+    **dict.fromkeys((*_TRANSCENDENTAL, "solve_pair"), 4),
+    **dict.fromkeys(("asin", "acos", "asinh", "acosh", "atanh", "rotate", "vector", "lightcone"), 6),
+    **dict.fromkeys(("solve", "implicit"), 12),
+}
+"""How many times as long as a product operations take."""
 
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
 Result = Real | None
@@ -53,18 +63,30 @@ def evaluate(
             sequence of random ones, to see what hangs on rounding.
 
     Returns:
-        The outputs, float64 of shape (n,), correctly rounded from `PRECISION` bits, NaN where they
-        have no value; and which samples are valid: every operation of the graph has its value.
+        The outputs, float64 of shape (n,), correctly rounded from at least `PRECISION` bits, NaN where
+        they have no value; and which samples are valid: every operation of the graph has its value.
     """
     count = len(next(iter(inputs.values()))) if inputs else 1
+    results, settled = np.full((len(graph.outputs), count), np.nan), np.zeros(count, dtype=bool)
+    if not jitter:
+        results, settled = balls.evaluate(graph, inputs, count)
+    if not settled.all():
+        _evaluate_rounded(graph, inputs, np.flatnonzero(~settled).tolist(), jitter, results)
+    return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def _evaluate_rounded(
+    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], jitter: bool, results: np.ndarray
+) -> None:
+    """Fill the columns of some samples in the results, by numbers of `PRECISION` bits."""
     slot = _slots(graph)
     values: list[Result] = [None] * len(slot)
-    columns = []
+    columns: list[tuple[int, list[float]]] = []
     program = []
     for index, node in enumerate(graph.nodes):
         first = slot[Value(index)]
         if node.op == "input":
-            columns.append((first, [libmp.from_float(x) for x in inputs[str(node.params[0])].tolist()]))
+            columns.append((first, inputs[str(node.params[0])].tolist()))
         elif node.op == "const":
             values[first] = from_fraction(Fraction(node.params[0]))
         else:
@@ -72,10 +94,9 @@ def evaluate(
             program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
     shake = _shaker()
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
-    results = np.full((len(wanted), count), np.nan)
-    for sample in range(count):
+    for sample in samples:
         for at, numbers in columns:
-            values[at] = numbers[sample]
+            values[at] = libmp.from_float(numbers[sample])
         for function, operands, at, many in program:
             arguments = [values[operand] for operand in operands]
             if jitter:
@@ -91,7 +112,11 @@ def evaluate(
             result = values[at]
             if result is not None:
                 results[row, sample] = libmp.to_float(result, rnd="n")
-    return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
+
+
+def effort(graph: Graph) -> int:
+    """Return how many products take as long as evaluating a graph for one sample."""
+    return sum(_HEAVY.get(node.op, 1) for node in graph.nodes)
 
 
 def _bounded(result: Result) -> Result:

@@ -40,7 +40,7 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
     turns = _turns(store)
     for (one, P), (other, Q) in combinations(tuple(found.items())[:_VALUES], 2):
         halves = [P + Q, P - Q]
-        parts = [[monic(base)[1] for base, _ in half.factor()[1]] for half in halves]
+        parts = [[monic(base)[1] for base, _ in store.field.factors(half)[1]] for half in halves]
         if any(len(factors) < 2 for factors in parts):
             continue
         store.begin(store.node(one).origin)
@@ -85,7 +85,7 @@ def add_chains(store: Store) -> None:
                 known = rotors.get(store.find(turn))
                 if known is not None:
                     products.setdefault((store.find(u), known[0]), {})[known[1]] = Value(index)
-    store.reason = ("u cos t and u sin t as one rotation of (u, 0)",)
+    store.reason = ("`u*cos(t)` and `u*sin(t)` as one rotation of `[u, 0]`",)
     for (u, angle), values in products.items():
         if len(values) == 2:
             store.begin(store.node(values[0]).origin)

@@ -12,9 +12,10 @@ from cordicc.ir.problem import Problem
 from cordicc.ir.verify import verify
 from cordicc.rewrite.base import Context
 from cordicc.rewrite.costs import Costs, of_graph
+from cordicc.rewrite.filling import sample_points
 from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.passes import default_passes
-from cordicc.rewrite.search import sample_points, search
+from cordicc.rewrite.search import search
 from cordicc.rewrite.standard import StandardChains
 
 _POINTS = 200

@@ -8,10 +8,11 @@ factors is 0; a radicand keeps its sign when squares are taken out.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.field import Poly, TooLarge, monic
+from cordicc.rewrite.field import Element, Poly, TooLarge, monic
 from cordicc.rewrite.options import Alternatives, Option
 from cordicc.rewrite.store import Store
 
@@ -45,7 +46,7 @@ def factors_of(store: Store, poly: Poly) -> frozenset[str] | None:
     """Return the irreducible factors of a polynomial that is nowhere negative; None if it is too long."""
     if len(poly) > _TERMS:
         return None
-    factors = (str(monic(base)[1]) for base, _ in poly.factor()[1])
+    factors = (str(monic(base)[1]) for base, _ in store.field.factors(poly)[1])
     return frozenset(factor for factor in factors if factor not in store.field.definite)
 
 
@@ -53,7 +54,7 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
     """Return the sign of the constant and the factors that decide the sign of a polynomial."""
     if len(poly) > _TERMS:
         return None
-    constant, factors = poly.factor()
+    constant, factors = store.field.factors(poly)
     positive = constant > 0
     odd = []
     for base, exponent in factors:
@@ -70,25 +71,36 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
 
 
 def circle_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None:
-    """Return what a circular vectoring or implicit operation demands; None if it cannot be told."""
-    elements = [store.element(v) for v in values]
-    count = 2 if op == "vector" else 3
-    known = [e for e in elements[:count] if e is not None]
-    if len(known) < count:
-        return None
-    ring = store.field
+    """Return what a circular vectoring or implicit operation demands; None if it cannot be told.
+
+    Without the radicand where that alone cannot be told.
+    """
+    nonzero = nonzero_factors(store, values[:2])
+    if nonzero is None or op == "vector":
+        return None if nonzero is None else Facts(nonzero)
+    ring, radicand = store.field, None
+    size, C = _square_sum(store, values[:2]), store.element(values[2])
+    if size is not None and C is not None:
+        with suppress(TooLarge):
+            rest = ring.sub(size, ring.mul(C, C))
+            radicand = radicand_of(store, ring.times(rest.num, rest.den))
+    return Facts(nonzero, frozenset() if radicand is None else frozenset([radicand]))
+
+
+def nonzero_factors(store: Store, vector: Sequence[Value]) -> frozenset[str] | None:
+    """Return the factors that are not 0 where a vector is not; None if they cannot be told."""
     try:
-        size = ring.add(ring.mul(known[0], known[0]), ring.mul(known[1], known[1]))
-        nonzero = factors_of(store, size.num)
-        if nonzero is None:
-            return None
-        if op == "vector":
-            return Facts(nonzero)
-        rest = ring.sub(size, ring.mul(known[2], known[2]))
-        radicand = radicand_of(store, ring.times(rest.num, rest.den))
+        size = _square_sum(store, vector)
     except TooLarge:
         return None
-    return None if radicand is None else Facts(nonzero, frozenset([radicand]))
+    return None if size is None else factors_of(store, size.num)
+
+
+def _square_sum(store: Store, vector: Sequence[Value]) -> Element | None:
+    x, y = (store.element(v) for v in vector)
+    if x is None or y is None:
+        return None
+    return store.field.add(store.field.mul(x, x), store.field.mul(y, y))
 
 
 def proven(store: Store, op: str, operands: Sequence[Value]) -> tuple[bool, bool]:
@@ -165,7 +177,8 @@ def _of_node(
     operands: Sequence[Value],
     results: Sequence[Value],
 ) -> Iterable[Requirement]:
-    wanted = [choice.class_of(v) for v in results]
+    alike = [other for v in results for other in store.domains.get(v, ())]
+    wanted = [choice.class_of(v) for v in (*results, *alike)]
     same = tuple(
         (k, number)
         for number, option, _ in offers
@@ -176,11 +189,13 @@ def _of_node(
     if op == "guard":
         subject, condition = operands[1], str(params[0])
         if condition != "any" and not _holds(store, subject, condition):
+            subject = _numerator(store, choice, subject) if condition == "nonzero" else subject
             yield Requirement((), choice.class_of(subject), condition)
         return
     if op == "vector" and params[0] == 0:
         if not _holds(store, operands[0], "nonzero"):
-            yield Requirement(same, choice.class_of(operands[0]), "nonzero")
+            subject = _numerator(store, choice, operands[0])
+            yield Requirement(same, choice.class_of(subject), "nonzero")
         return
     if op in ("vector", "implicit") and params[0] == 1:
         angle = results and results[0].result == (1 if op == "vector" else 0)
@@ -202,19 +217,31 @@ def _of_node(
     yield Requirement(same, None, "any")
 
 
+def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:
+    """Return a value that is 0 where this one is: its numerator, if something makes that, else itself."""
+    element = store.element(value)
+    if element is None or element.is_polynomial:
+        return value
+    poly = store.field.display(Element(element.num, store.field.one))
+    found = None if poly is None else store.affine(poly)
+    if found is None or found[2] != 0 or choice.class_of(found[0]) not in choice.providers:
+        return value
+    return found[0]
+
+
 def _circular(
     store: Store, offers: _Offers, op: str, operands: Sequence[Value], same: tuple[tuple[int, int], ...]
 ) -> Iterable[Requirement]:
     nonzero, real = proven(store, op, operands)
     facts = circle_facts(store, op, operands)
-    if facts is None:
+    if facts is None or (op == "implicit" and not facts.radicands and not real):
         if not (nonzero and real):
             yield Requirement(same, None, "any")
         return
     for factor in () if nonzero else sorted(facts.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
         yield Requirement(tuple(sorted(met)), None, "nonzero")
-    if op == "implicit" and not real:
+    if op == "implicit" and not real and facts.radicands != {(True, frozenset())}:
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
         yield Requirement(tuple(sorted(met)), None, "nonnegative")

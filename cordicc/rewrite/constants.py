@@ -9,7 +9,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from cordicc.ir.fold import PI, fold
-from cordicc.rewrite.field import Element, Field, rational, square_root_of
+from cordicc.rewrite.field import Element, Field, rational
+from cordicc.rewrite.roots import square_root_of
 
 Rotor = tuple[Element, Element]
 

@@ -1,4 +1,7 @@
-"""Polynomials in the names of the problem, for sentences that say what rewriting did."""
+"""Polynomials in the names of the problem, for sentences that say what rewriting did.
+
+Formulas stand between backticks in a sentence, written as in a problem file.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +27,13 @@ def polynomial(store: Store, poly: Poly) -> str:
     for powers, factor in list(poly.terms())[:_TERMS]:
         number = rational(factor)
         parts = [
-            _generator(store, i) + (f"^{power}" if power > 1 else "")
+            _generator(store, i) + (f"**{power}" if power > 1 else "")
             for i, power in enumerate(powers)
             if power
         ]
         size = _number(abs(number))
         shown = [size] if size != "1" or not parts else []
-        terms.append(("-" if number < 0 else "+") + " " + " ".join([*shown, *parts]))
+        terms.append(("-" if number < 0 else "+") + " " + "*".join([*shown, *parts]))
     text = " ".join(terms).removeprefix("+ ") or "0"
     text = "-" + text.removeprefix("- ") if text.startswith("- ") else text
     return text + (" + ..." if len(poly) > _TERMS else "")
@@ -59,9 +62,22 @@ def circle_steps(store: Store, angle: Value, circle: Circle) -> tuple[str, ...]:
     root = f"w{circle.root}"
     A, B, C = (polynomial(store, p) for p in (circle.A, circle.B, circle.C))
     radicand = store.field.display(Element(store.field.radicands[circle.root], store.field.one))
-    inside = "" if radicand is None else f" = sqrt({polynomial(store, radicand)})"
+    known = "" if radicand is None else f" `{root} = sqrt({polynomial(store, radicand)})`"
     return (
-        f"cos({name}) = c0 + c1 {root}, sin({name}) = s0 + s1 {root} for the root {root}{inside}; "
-        f"s1 cos({name}) - c1 sin({name}) = s1 c0 - c1 s0 has no {root}",
-        f"({B}) cos({name}) + ({A}) sin({name}) = {C}, branch +, second result a multiple of {root}",
+        f"the root{known} is in `cos({name}) = c0 + c1*{root}` and in `sin({name}) = s0 + s1*{root}`, "
+        f"but not in `s1*cos({name}) - c1*sin({name}) = s1*c0 - c1*s0`",
+        f"hence `{_linear(B, f'cos({name})', A, f'sin({name})')} = {C}`, branch +, "
+        f"and the second result is a multiple of `{root}`",
     )
+
+
+def _linear(first: str, u: str, second: str, v: str) -> str:
+    """Return `first*u + second*v`."""
+    terms = [_multiple(factor, of) for factor, of in ((first, u), (second, v)) if factor != "0"]
+    return " + ".join(terms).replace("+ -", "- ")
+
+
+def _multiple(factor: str, of: str) -> str:
+    if factor in ("1", "-1"):
+        return factor.removesuffix("1") + of
+    return f"({factor})*{of}" if " " in factor else f"{factor}*{of}"

@@ -15,10 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isqrt
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
+
+from cordicc.rewrite.denominators import Denominators, Powers
+from cordicc.rewrite.roots import square_root_of
 
 Poly = Any
 """A polynomial of python-flint, `fmpq_mpoly`."""
@@ -33,16 +35,21 @@ _BITS = 4_000
 """Bits of the leading coefficient."""
 
 
+LOOKUP_TERMS = 300
+"""Terms of the longest polynomial that is looked up among those of other values."""
+
+
 class TooLarge(Exception):
     """An element has outgrown the work that is spent on it, or the generators are used up."""
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """num/den, in lowest terms."""
+    """num/den, in lowest terms; `powers` are the factors of den by their numbers."""
 
     num: Poly
     den: Poly
+    powers: Powers = ()
 
     @property
     def key(self) -> str:
@@ -76,15 +83,6 @@ def _flint(number: Fraction) -> Any:
     return fmpq(number.numerator, number.denominator)
 
 
-def square_root_of(number: Fraction) -> Fraction | None:
-    """Return the root of a number that is the square of a rational, else None."""
-    if number < 0:
-        return None
-    above, below = isqrt(number.numerator), isqrt(number.denominator)
-    exact = above * above == number.numerator and below * below == number.denominator
-    return Fraction(above, below) if exact else None
-
-
 class Field:
     """The generators with their relations, and arithmetic on elements."""
 
@@ -109,6 +107,9 @@ class Field:
         self.radicands: dict[int, Poly] = {}
         self.one = self.context.constant(1)
         self.zero = self.context.constant(0)
+        self._nothing = Element(self.zero, self.one)
+        self._denominators = Denominators(self.one, self._multiplied)
+        self._factored: dict[str, tuple[Any, list[tuple[Poly, int]]]] = {}
 
     def generator(self, index: int) -> Poly:
         """Return a generator as a polynomial."""
@@ -135,7 +136,7 @@ class Field:
         below = 1 + m * t**2
         # A hyperbolic tangent is less than 1, so 1 - t^2, 1 - t and 1 + t are positive.
         self.definite |= {str(t**2 + 1): 1} if m == 1 else {str(t**2 - 1): -1, str(t - 1): -1, str(t + 1): 1}
-        return cosine, sine, self._lowest(1 - m * t**2, below), self._lowest(2 * t, below)
+        return cosine, sine, self.fraction(1 - m * t**2, below), self.fraction(2 * t, below)
 
     def display(self, element: Element) -> Poly | None:
         """Return an element as a polynomial in cosines and sines, None if it has other denominators."""
@@ -144,7 +145,8 @@ class Field:
 
     def displays(self, polys: list[Poly], den: Poly) -> list[Poly] | None:
         """Return p/den in cosines and sines, den a product of powers of 1 + t^2 and a constant."""
-        for tangent in [i for i in self._tangents if any(p.degrees()[i] for p in (den, *polys))]:
+        degrees = [p.degrees() for p in (den, *polys)]
+        for tangent in [i for i in self._tangents if any(each[i] for each in degrees)]:
             m = self._tangents[tangent][2]
             below = 1 + m * self._gens[tangent] ** 2
             if m == -1:
@@ -209,6 +211,8 @@ class Field:
         free = index is not None and index not in self._relations and powers[index] == sum(powers) == 2
         if index is None or not free or (base - self._gens[index] ** 2).degrees()[index]:
             return False
+        if self._denominators.holds(index):
+            return False
         self._relations[index] = base
         if fact:
             self._facts[index] = fact
@@ -245,44 +249,71 @@ class Field:
 
     def reduce(self, poly: Poly) -> Poly:
         """Return a polynomial with no generator of a relation above the first power."""
+        degrees = poly.degrees()
         for index in sorted(self._relations):
-            if poly.degrees()[index] > 1:
+            if degrees[index] > 1:
                 if index in self._facts:
                     self.touched.add(self._facts[index])
-                poly = poly % self._relations[index]
+                poly = self._remainder(poly, index, degrees[index])
+                degrees = poly.degrees()
         return poly
+
+    def _remainder(self, poly: Poly, index: int, degree: int) -> Poly:
+        relation = self._relations[index]
+        if degree == 2 and len(poly) < len(relation):
+            # Half the second derivative is the quotient; a division would go through all of the relation.
+            return poly - poly.derivative(index).derivative(index) * fmpq(1, 2) * relation
+        return poly % relation
 
     def times(self, a: Poly, b: Poly) -> Poly:
         """Return the reduced product."""
+        return self.reduce(self._multiplied(a, b))
+
+    @staticmethod
+    def _multiplied(a: Poly, b: Poly) -> Poly:
         if len(a) * len(b) > _PRODUCT:
             raise TooLarge
-        return self.reduce(a * b)
+        return a * b
 
-    def _lowest(self, num: Poly, den: Poly) -> Element:
+    def fraction(self, num: Poly, den: Poly) -> Element:
+        """Return num/den, for a denominator of free generators.  Raises TooLarge."""
         if num.is_zero():
-            return Element(self.zero, self.one)
-        if not den.is_constant():
-            common = num.gcd(den)
-            if not common.is_one():
-                num, den = num / common, den / common
-        lead = den.leading_coefficient()
-        num, den = num / lead, den / lead
+            return self._nothing
+        powers = self._denominators.of(den)
+        if powers is None:
+            raise TooLarge
+        return self._lowest(num / den.leading_coefficient(), powers, [index for index, _ in powers])
+
+    def _lowest(self, num: Poly, powers: Powers, among: Sequence[int]) -> Element:
+        """Return num over the product of some factors, of which those in `among` may go into num."""
+        if num.is_zero():
+            return self._nothing
+        if among:
+            num, powers = self._denominators.lowest(num, powers, among)
+        den = self._denominators.product(powers)
         lead = num.leading_coefficient()
         bits = int(lead.numerator).bit_length() + int(lead.denominator).bit_length()
         if len(num) + len(den) > _TERMS or bits > _BITS:
             raise TooLarge
-        return Element(num, den)
+        return Element(num, den, powers)
 
     def add(self, a: Element, b: Element) -> Element:
         """Return a + b."""
-        if a.den == b.den:
-            return self._lowest(a.num + b.num, a.den)
-        num = self.times(a.num, b.den) + self.times(b.num, a.den)
-        return self._lowest(num, self.times(a.den, b.den))
+        if a.powers == b.powers:
+            return self._lowest(a.num + b.num, a.powers, [index for index, _ in a.powers])
+        first, second = dict(a.powers), dict(b.powers)
+        whole = {i: max(first.get(i, 0), second.get(i, 0)) for i in sorted(first | second)}
+        nums = []
+        for num, own in ((a.num, first), (b.num, second)):
+            missing = tuple((i, power - own.get(i, 0)) for i, power in whole.items() if power > own.get(i, 0))
+            nums.append(self._multiplied(num, self._denominators.product(missing)))
+        # A factor that is missing in one of them goes into one summand and not into the other.
+        among = [i for i in whole if first.get(i) == second.get(i)]
+        return self._lowest(nums[0] + nums[1], tuple(whole.items()), among)
 
     def scale(self, factor: Fraction, a: Element) -> Element:
         """Return factor * a."""
-        return Element(a.num * _flint(factor), a.den) if factor else self.number(Fraction(0))
+        return Element(a.num * _flint(factor), a.den, a.powers) if factor else self._nothing
 
     def sub(self, a: Element, b: Element) -> Element:
         """Return a - b."""
@@ -290,7 +321,19 @@ class Field:
 
     def mul(self, a: Element, b: Element) -> Element:
         """Return a b."""
-        return self._lowest(self.times(a.num, b.num), self.times(a.den, b.den))
+        if a.is_zero or b.is_zero:
+            return self._nothing
+        first, second = dict(a.powers), dict(b.powers)
+        num, below = self._denominators.lowest(a.num, b.powers, [i for i in second if i not in first])
+        other, under = self._denominators.lowest(b.num, a.powers, [i for i in first if i not in second])
+        total = dict(below)
+        for index, power in under:
+            total[index] = total.get(index, 0) + power
+        powers = tuple(sorted(total.items()))
+        product = self._multiplied(num, other)
+        reduced = self.reduce(product)
+        # Both are in lowest terms, so only a relation brings more of a factor into the numerator.
+        return self._lowest(reduced, powers, [] if reduced is product else list(total))
 
     def inverse(self, a: Element) -> Element:
         """Return 1/a; the denominator is freed of roots and signs by conjugates.
@@ -307,11 +350,27 @@ class Field:
                 num, den = self.times(num, conjugate), self.times(den, conjugate)
         if den.is_zero():
             raise ZeroDivisionError
-        return self._lowest(num, den)
+        return self.fraction(num, den)
 
     def div(self, a: Element, b: Element) -> Element:
         """Return a / b.  Raises ZeroDivisionError."""
         return self.mul(a, self.inverse(b))
+
+    def factors(self, poly: Poly) -> tuple[Any, list[tuple[Poly, int]]]:
+        """Return a constant and the irreducible factors of a polynomial with their exponents."""
+        text = str(poly)
+        if text not in self._factored:
+            self._factored[text] = poly.factor()
+        return self._factored[text]
+
+    def least_terms(self, poly: Poly) -> int:
+        """Return a number of terms that a polynomial has at the least when it is displayed.
+
+        Displaying changes the tangents alone: there are no fewer terms than without them.
+        """
+        degrees = poly.degrees()
+        tangents = {str(self._gens[i]): 5 + 2 * i for i in self._tangents if degrees[i]}
+        return len(poly.subs(tangents)) if tangents else len(poly)
 
     def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
         """Return (p, q) with poly = p + q g for a generator g of a relation."""

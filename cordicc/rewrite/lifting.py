@@ -24,7 +24,7 @@ _MOST = 8
 
 _REASONS = {
     "vector": ("both arguments multiplied by their positive common denominator: the angle stays",),
-    "implicit": ("A, B and C multiplied by their positive common denominator: the angle stays",),
+    "implicit": ("`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",),
     "rotate": ("cosine and sine of the angle as fractions of what its unit yields: no rotation",),
 }
 
@@ -50,6 +50,7 @@ class Lifting:
         self._angles = angles
         self._own = own or {}
         self._done: dict[Value, Ratio] = {}
+        self._open: set[Value] = set()
 
     def lift(self, value: Value) -> Ratio:
         """Return a value as a fraction."""
@@ -68,6 +69,18 @@ class Lifting:
                 self._done[sibling] = self._simplified(sibling, ratio)
             todo.pop()
         return self._done[value]
+
+    def realise(self, value: Value) -> None:
+        """Add a value as one quotient, if it is a fraction."""
+        ratio, store = self.lift(value), self.store
+        if not ratio.dens:
+            return
+        store.begin(store.node(value).origin)
+        store.reason = ("one quotient, by the product of all denominators",)
+        below = ratio.dens[0]
+        for den in ratio.dens[1:]:
+            below = store.mul(below, den)
+        store.union(value, store.make("vector", (below, ratio.num, store.const(0)), (0, 1))[1])
 
     # -- arithmetic of fractions ------------------------------------------------------------------
 
@@ -124,7 +137,7 @@ class Lifting:
             return ratio
         store = self.store
         element = store.element(value)
-        if element is None:
+        if element is None or not store.is_transparent(element):
             return ratio
         for count in range(len(ratio.dens)):
             poly = store.field.display(element)
@@ -209,6 +222,16 @@ class Lifting:
 
     def rotor(self, angle: Value) -> tuple[Ratio, Ratio]:
         """Return cosine and sine of an angle as fractions.  Raises TooLarge."""
+        if angle in self._open:
+            # The equation that would give them is made of them.
+            raise TooLarge
+        self._open.add(angle)
+        try:
+            return self._rotor(angle)
+        finally:
+            self._open.remove(angle)
+
+    def _rotor(self, angle: Value) -> tuple[Ratio, Ratio]:
         store = self.store
         node = store.node(angle)
         match node.op:

@@ -17,6 +17,9 @@ from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.wraps import INSIDE
 
+_LARGEST = 2.0**96
+"""Far within the range of single precision, whose exponents end at 127."""
+
 _SUMS = ("add", "sub", "neg")
 _USUAL = 4.0
 """How many times the error bound of the median sample is allowed to an output anywhere."""
@@ -56,6 +59,8 @@ class Classes:
                 rotor = store.rotors.known_rotor(value)
                 if rotor is not None:
                     self._join(("turn", store.find(value)), ("rotor", rotor[0].key, rotor[1].key))
+        for one, other in store.turns:
+            self._join(("turn", store.find(one)), ("turn", store.find(other)))
 
     def _root(self, token: object) -> object:
         while token in self._turns:
@@ -101,7 +106,7 @@ def alternatives(
             if index == certain - 1:
                 _ease(classes, outputs.values(), least, worse)
         else:
-            options += [o for o in made if _accurate(store, o, least, worse)]
+            options += [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
     for number, option in enumerate(options):
@@ -145,6 +150,15 @@ def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: flo
     return True
 
 
+def _moderate(store: Store, option: Option) -> bool:
+    """Tell whether the results stay far from overflow and underflow of single precision."""
+    for result in range(len(option.results)):
+        size = np.abs(store.numbers(Value(option.node, result)))
+        if np.any(size > _LARGEST) or np.any((size < 1 / _LARGEST) & (size > 0)):
+            return False
+    return True
+
+
 def _possible(options: list[Option]) -> list[Option]:
     """Return the options whose operands something yields."""
     while True:
@@ -169,6 +183,10 @@ def _live(options: list[Option], providers: Mapping[int, list[int]], roots: list
     return live
 
 
+def _is_angle(store: Store, value: Value) -> bool:
+    return value in store.angles or store.rotors.known_rotor(value) is not None
+
+
 def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     node = store.algebra.nodes[index]
     op, params = node.op, node.params
@@ -186,15 +204,13 @@ def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     found = [Option(op, params, tuple(exact), results, index)]
     sums = op in _SUMS or (op == "cmul" and Fraction(params[0]).denominator == 1)
     sums = sums or (op == "shift" and Fraction(params[0]) >= 0 and Fraction(params[0]).denominator == 1)
-    if sums and all(store.rotors.known_rotor(v) is not None for v in (values[0], *node.operands)):
+    if sums and all(_is_angle(store, v) for v in (values[0], *node.operands)):
         turns = tuple(classes.turn(v) for v in node.operands)
         found.append(Option(op, params, turns, ((classes.turn(values[0]),),), index))
     principal = angle is not None and op == "vector" and store.constant(node.operands[2]) == 0
     own = values[angle or 0]
     interval = store.range(own)
-    inside = (
-        interval is not None and interval.magnitude <= INSIDE and store.rotors.known_rotor(own) is not None
-    )
+    inside = interval is not None and interval.magnitude <= INSIDE and _is_angle(store, own)
     if principal or inside:
         # A principal value: any angle equal to it modulo 2 pi gives it by a wrap.
         found.append(Option("wrap", (), (classes.turn(own),), ((classes.exact(own),),), index))

@@ -32,12 +32,12 @@ def cheaper(store: Store, vector: Pair, rotor: Pair, m: int) -> Pair:
     """Return (x c - m y s, y c + x s) by three products for m = 1, by two for m = -1."""
     (x, y), (c, s) = vector, rotor
     if m == 1:
-        store.reason = (*store.reason, "three products: x c - y s = c (x + y) - y (c + s)")
+        store.reason = (*store.reason, "three products: `x*c - y*s = c*(x + y) - y*(c + s)`")
         shared = store.mul(c, store.add(x, y))
         first = store.make("sub", (shared, store.mul(y, store.add(c, s))))[0]
         second = store.make("add", (shared, store.mul(x, store.make("sub", (s, c))[0])))[0]
         return first, second
-    store.reason = (*store.reason, "light cone: x C + y S = ((x + y)(C + S) + (x - y)(C - S))/2")
+    store.reason = (*store.reason, "light cone: `x*C + y*S = ((x + y)*(C + S) + (x - y)*(C - S))/2`")
     plus = store.mul(store.add(x, y), store.add(c, s))
     minus = store.mul(store.make("sub", (x, y))[0], store.make("sub", (c, s))[0])
     half = Fraction(1, 2)

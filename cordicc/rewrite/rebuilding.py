@@ -12,6 +12,13 @@ from cordicc.rewrite.extraction import Extraction
 from cordicc.rewrite.options import Alternatives, Option
 from cordicc.rewrite.store import Store
 
+_UNIT_WORDS = {
+    "rotate": "a rotation",
+    "vector": "a vectoring",
+    "lightcone": "a vectoring",
+    "implicit": "an implicit equation",
+}
+
 
 def rebuild(
     store: Store,
@@ -102,11 +109,11 @@ def facts_of(store: Store, choice: Alternatives, extraction: Extraction, certain
 def _steps(store: Store, option: Option) -> tuple[str, ...]:
     """Return the steps that lead to a CAU or to a sum of angles."""
     if option.op == "wrap":
-        return ("equal modulo 2 pi to the angle that is wanted, and wrapped",)
+        return ("equal modulo `2*pi` to the angle that is wanted, and wrapped",)
     angle = store.rotors.known_rotor(Value(option.node)) is not None
     if option.op not in UNITS and not (option.op in ("add", "sub") and angle):
         return ()
-    rests = tuple(f"rests on the fact {fact}" for fact in sorted(store.rests.get(option.node, ())))
+    rests = tuple(f"rests on the fact `{fact}`" for fact in sorted(store.rests.get(option.node, ())))
     return (*store.why.get(option.node, ()), *_taken_for(store, option), *rests)
 
 
@@ -119,10 +126,8 @@ def _taken_for(store: Store, option: Option) -> tuple[str, ...]:
         for index, other in enumerate(store.algebra.nodes):
             same = [r for r in range(len(other.definition.results)) if store.find(Value(index, r)) == own]
             if same and other.op in UNITS and other.op != node.op:
-                what = other.definition.results[same[0]]
-                sentences.append(
-                    f"its {name} equals the {what} of a {other.op} in {other.origin}, by algebra"
-                )
+                what = f"{other.definition.results[same[0]]} of {_UNIT_WORDS[other.op]}"
+                sentences.append(f"its {name} equals the {what} in `{other.origin}`, by algebra")
                 break
     return tuple(sentences)
 

@@ -10,6 +10,12 @@ from cordicc.ir.graph import Node, Value
 from cordicc.rewrite.constants import Constants, Rotor
 from cordicc.rewrite.field import Element, TooLarge
 
+_UNITS = ("vector", "implicit", "lightcone")
+
+
+MOST_TURNS = 4
+"""The largest multiple of an angle whose cosine and sine are expanded."""
+
 
 class Known(Protocol):
     """What is known about values."""
@@ -22,12 +28,20 @@ class Known(Protocol):
         """Return the representative of the values equal to one."""
         ...
 
+    def factored(self, value: Value) -> tuple[Fraction, Value]:
+        """Return (k, v) with value = k v, all constant factors in k."""
+        ...
+
     def range(self, value: Value) -> Interval | None:
         """Return the enclosure of a value."""
         ...
 
     def element(self, value: Value) -> Element | None:
         """Return a value as an element."""
+        ...
+
+    def reopened(self, index: int) -> bool:
+        """Find the results of a node anew from simpler operands; tell whether they could be made simpler."""
         ...
 
 
@@ -41,6 +55,11 @@ class Rotors:
         self._rotors: dict[tuple[Value, int], Rotor | None] = {}
         self._touched: dict[tuple[Value, int], frozenset[str]] = {}
         self._atoms: dict[tuple[str, int], Rotor] = {}
+        self._grains: dict[Value, tuple[Fraction, Value]] = {}
+
+    def grain(self, value: Value, share: Fraction, part: Value) -> None:
+        """Take multiples of a value, which is no angle of a unit, for multiples of its part share * value."""
+        self._grains[self._known.find(value)] = share, part
 
     def turn(self, vector: Rotor, rotor: Rotor, m: int = 1) -> Rotor:
         """Return a vector turned by an angle."""
@@ -58,10 +77,7 @@ class Rotors:
         """Return cosine and sine of an angle, None where they are too large."""
         if (value, m) not in self._rotors:
             before, self.field.touched = self.field.touched, set()
-            try:
-                self._rotors[value, m] = self._rotor(value, m)
-            except (TooLarge, ZeroDivisionError):
-                self._rotors[value, m] = None
+            self._rotors[value, m] = self._found(value, m)
             self._touched[value, m], self.field.touched = frozenset(self.field.touched), before
         self.field.touched |= self._touched[value, m]
         return self._rotors[value, m]
@@ -70,8 +86,26 @@ class Rotors:
         """Return the circular rotor of an angle for which it was asked before."""
         return self._rotors.get((value, 1))
 
+    def forget(self, index: int) -> None:
+        """Forget the rotors of a node's results, whose operands have changed."""
+        for key in [key for key in self._rotors if key[0].node == index]:
+            del self._rotors[key], self._touched[key]
+
+    def _found(self, value: Value, m: int) -> Rotor | None:
+        while True:
+            try:
+                return self._rotor(value, m)
+            except TooLarge:
+                if self._known.node(value).op not in _UNITS or not self._known.reopened(value.node):
+                    return None
+            except ZeroDivisionError:
+                return None
+
     def _rotor(self, value: Value, m: int) -> Rotor | None:
         node, field = self._known.node(value), self.field
+        fine = self._of_grains(value, m)
+        if fine is not None:
+            return fine
         inner = [self.rotor(v, m) for v in node.operands] if node.op in ("add", "sub", "neg") else []
         known = [r for r in inner if r is not None]
         if len(known) < len(inner):
@@ -87,7 +121,7 @@ class Rotors:
                 return self.rotor(node.operands[0], m)
             case "cmul" | "shift":
                 factor = Fraction(node.params[0]) if node.op == "cmul" else Fraction(2) ** int(node.params[0])
-                if factor.denominator == 1 and abs(factor) <= 4:
+                if factor.denominator == 1 and abs(factor) <= MOST_TURNS:
                     return self._multiple(node.operands[0], int(factor), m)
             case "const":
                 return self._constants.rotor(Fraction(node.params[0]), m)
@@ -104,10 +138,20 @@ class Rotors:
                 return field.mul(half, field.add(u, v)), field.mul(half, field.sub(u, v))
         return self._atom(value, m)
 
+    def _of_grains(self, value: Value, m: int) -> Rotor | None:
+        """Return the rotor of a multiple of a value that is measured in a part of it."""
+        factor, base = self._known.factored(value)
+        share, part = self._grains.get(self._known.find(base), (Fraction(1), base))
+        times = factor / share
+        if part == base or times.denominator != 1 or not 0 < abs(times) <= MOST_TURNS:
+            return None
+        return self._repeated(self._atom(part, m), int(times), m)
+
     def _multiple(self, value: Value, factor: int, m: int) -> Rotor | None:
         one = self.rotor(value, m)
-        if one is None:
-            return None
+        return None if one is None else self._repeated(one, factor, m)
+
+    def _repeated(self, one: Rotor, factor: int, m: int) -> Rotor:
         one = one if factor > 0 else self.back(one)
         whole = one
         for _ in range(abs(factor) - 1):

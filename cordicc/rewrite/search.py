@@ -12,40 +12,31 @@ import numpy as np
 
 from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
-from cordicc.rewrite.base import Context
+from cordicc.rewrite.angles import add_offsets, add_principal_values, add_sums_of_vectors, add_unit_vectors
 from cordicc.rewrite.chains import add_chains, add_halves
-from cordicc.rewrite.circles import circles, realise
-from cordicc.rewrite.conditions import circle_facts, proven, requirements
+from cordicc.rewrite.circles import circles, realise, squared_lengths
+from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
 from cordicc.rewrite.extraction import extract
-from cordicc.rewrite.field import Field, TooLarge
+from cordicc.rewrite.field import TooLarge
+from cordicc.rewrite.filling import SUMS, angles_of, fill, sample_points
+from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.lifting import Lifting
-from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.rebuilding import facts_of, rebuild
-from cordicc.rewrite.sharing import add_multiples, add_norms, add_orders, add_pairs
-from cordicc.rewrite.simplify import Simplify
+from cordicc.rewrite.rotors import MOST_TURNS
+from cordicc.rewrite.sharing import add_multiples, add_norm_chains, add_norms, add_orders, add_pairs
 from cordicc.rewrite.squares import add_squares
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.synthesis import Synthesis
 
-POINTS = 24
-_NEAREST = 3
-_CRITICAL = {"vector": 0, "lightcone": 0, "implicit": 1}
-"""The result of a unit that is 0 where the others are ill-conditioned."""
-_DRAWN = 6_000
-_GENERATORS = 120
 _NODES = 400
 _SUBSETS = 16
 _WORSE = (16.0, 12.0, 8.0, 4.0)
 """How many times the error bound of a value in the realisation of the passes an operation is allowed."""
-
-_SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
-"""Operations that make angles of angles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,37 +47,6 @@ class Found:
     proven: bool
     steps: Mapping[int, tuple[str, ...]]
     facts: tuple[str, ...] = ()
-
-
-def sample_points(problem: Problem, graphs: Sequence[Graph], count: int = POINTS) -> dict[str, Floats] | None:
-    """Return points of the workspace at which graphs have values, None if there are too few.
-
-    Besides `count` random ones there are those nearest to the singular points of the units.
-    """
-    generator = np.random.Generator(np.random.PCG64(7))
-    if problem.samples is not None:
-        rows = generator.integers(0, problem.samples.rows, _DRAWN)
-        drawn = {name: np.asarray(column)[rows] for name, column in problem.samples.columns.items()}
-    else:
-        drawn = {
-            spec.name: generator.uniform(float(spec.lo), float(spec.hi), _DRAWN) for spec in problem.inputs
-        }
-    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
-    critical = []
-    for graph in graphs:
-        live = graph.live()
-        for index, results in enumerate(evaluate(graph, drawn)):
-            if index in live:
-                for result in results:
-                    good &= np.isfinite(result)
-                if graph.nodes[index].op in _CRITICAL:
-                    critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
-    if good.sum() < POINTS // 2:
-        return None
-    first = np.flatnonzero(good)
-    nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
-    rows = np.unique(np.concatenate([first[:count], *nearest]))
-    return {name: column[rows] for name, column in drawn.items()}
 
 
 def search(
@@ -113,27 +73,28 @@ def search(
     if not problem.inputs or sum(len(g.nodes) for g in graphs) > _NODES:
         return
     points = sample_points(problem, graphs)
-    field = _field(graphs)
-    if points is None or field is None:
+    filled = None if points is None else fill(problem, ranges, graphs, points)
+    if filled is None:
         return
-    store = Store(field, ranges, points)
-    _name_constants(store, graphs)
-    _assume(store, problem)
-    moved = [_import(store, graphs[0])]
-    certain = len(store.algebra.nodes)
-    moved += [_import(store, graph) for graph in graphs[1:]]
+    store, moved, certain = filled.store, filled.moved, filled.certain
     outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
     for graph, values in zip(graphs[1:], moved[1:], strict=True):
         for name, value in graph.outputs.items():
             store.union(outputs[name], values[value.node][value.result])
     _join_areas(store)
     _add_forms(store)
-    angles = _angles(store)
+    angles = angles_of(store)
     _add_circles(store, graphs[0], moved[0], angles)
+    add_frames(store)
+    add_principal_values(store)
+    add_unit_vectors(store)
+    add_offsets(store)
+    add_sums_of_vectors(store)
     if lift:
         _lift(store, outputs)
     _add_sums(store)
     add_norms(store)
+    add_norm_chains(store)
     for graph, values in zip(graphs, moved, strict=True):
         add_squares(store, graph, values)
     add_halves(store, graphs[0], moved[0])
@@ -159,73 +120,6 @@ def search(
         yield Found(graph, extraction.proven, steps, told)
 
 
-def _field(graphs: Sequence[Graph]) -> Field | None:
-    operations = [n for g in graphs for n in g.nodes]
-    count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
-    inputs = count.get("input", 0) // len(graphs)
-    turned = len({n.operands[2] for g in graphs for n in g.nodes if n.op == "rotate"})
-    roots = 6 + sum(
-        1
-        for n in graphs[0].nodes
-        if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
-    )
-    pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
-    opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
-    free = inputs + 2 * pairs + opaque
-    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
-
-
-def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
-    """Copy a graph into the store; a guard's value is that of its operand."""
-    moved: list[tuple[Value, ...]] = []
-    for node in graph.nodes:
-        store.begin(node.origin)
-        operands = [moved[v.node][v.result] for v in node.operands]
-        if node.op == "guard":
-            moved.append((operands[0],))
-        else:
-            moved.append(store.make(node.op, operands, node.params))
-    return moved
-
-
-def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
-    """Make the cosine and sine of constant angles known before the numbers themselves are met."""
-    for graph in graphs:
-        for node in graph.nodes:
-            if node.op == "rotate" and node.params[0] == 1:
-                for value in graph.node(node.operands[2]).operands:
-                    number = graph.constant(value)
-                    if number is not None:
-                        store.constants.rotor(number, 1)
-
-
-def _assume(store: Store, problem: Problem) -> None:
-    """Let the field know the facts of the problem; all inputs come first, in their order."""
-    for spec in problem.inputs:
-        store.make("input", (), (spec.name,))
-    if not problem.assumptions:
-        return
-    graph = Simplify().apply(problem.assumption_graph, Context({}))
-    if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
-        return
-    moved = _import(store, graph)
-    for index, fact in enumerate(problem.assumptions):
-        sides = [graph.outputs[f"{side}{index}"] for side in ("left", "right")]
-        left, right = (store.element(moved[v.node][v.result]) for v in sides)
-        if left is not None and right is not None:
-            store.assume(store.field.sub(left, right), fact.relation, fact.text)
-
-
-def _angles(store: Store) -> list[Value]:
-    """Return the angles that circular units make."""
-    port = {"vector": 1, "implicit": 0}
-    return [
-        Value(index, port[node.op])
-        for index, node in enumerate(store.algebra.nodes)
-        if node.op in port and node.params[0] == 1
-    ]
-
-
 def _add_forms(store: Store) -> None:
     """Add scalars as sums of terms, and rotations as products with one cosine and sine."""
     synthesis = Synthesis(store)
@@ -239,11 +133,23 @@ def _add_forms(store: Store) -> None:
             if store.constant(x) is None and store.constant(y) is None:
                 for result, value in enumerate(turned(store, (x, y), (rotor[0], rotor[1]), m)):
                     store.union(Value(index, result), value)
+            if store.constant(x) == 1 and store.constant(y) == 0:
+                _add_multiple_angle(store, synthesis, index)
         element = store.element(Value(index)) if node.op in ("add", "sub") else None
         poly = None if element is None else store.field.display(element)
         if poly is not None:
             with suppress(TooLarge):
                 synthesis.expanded(poly)
+
+
+def _add_multiple_angle(store: Store, synthesis: Synthesis, index: int) -> None:
+    """Add cosine and sine of a multiple of an angle as polynomials in those of the angle."""
+    for value in (Value(index, 0), Value(index, 1)):
+        element = store.element(value)
+        poly = None if element is None else store.field.display(element)
+        if poly is not None and 1 < poly.total_degree() <= MOST_TURNS:
+            with suppress(TooLarge):
+                store.union(value, synthesis.expanded(poly))
 
 
 def _join_areas(store: Store) -> None:
@@ -266,17 +172,18 @@ def _add_circles(
 ) -> None:
     """Add the circle equation of each angle and of each sum of angles, where its vector is never 0."""
     synthesis = Synthesis(store)
-    sums = [v for results in moved for v in results if store.node(v).op in _SUMS and _is_angle(store, v)]
+    sums = [v for results in moved for v in results if store.node(v).op in SUMS and _is_angle(store, v)]
     known = _nonzero_factors(store, graph, moved)
+    lengths = squared_lengths(store)
     for angle in dict.fromkeys((*angles, *sums)):
         store.begin(store.node(angle).origin)
-        for circle in circles(store, angle):
+        for circle in circles(store, angle, lengths):
             store.reason = circle_steps(store, angle, circle)
             try:
                 values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
-                facts = circle_facts(store, "implicit", values)
+                factors = nonzero_factors(store, values[:2])
                 nonzero = proven(store, "implicit", values)[0]
-                if not nonzero and (facts is None or not facts.nonzero <= known):
+                if not nonzero and (factors is None or not factors <= known):
                     continue
                 made = realise(store, *values)
             except TooLarge:
@@ -293,9 +200,9 @@ def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ..
         if node.op in ("vector", "implicit") and node.params[0] == 1:
             if node.op == "vector" and Value(index, 1) not in used:
                 continue
-            facts = circle_facts(store, node.op, [moved[v.node][v.result] for v in node.operands])
-            if facts is not None:
-                found |= facts.nonzero
+            found |= (
+                nonzero_factors(store, [moved[v.node][v.result] for v in node.operands[:2]]) or frozenset()
+            )
     return found
 
 
@@ -304,7 +211,7 @@ def _is_angle(store: Store, value: Value) -> bool:
     node = store.node(value)
     if node.op in ("vector", "implicit"):
         return bool(node.params[0] == 1 and value.result == (1 if node.op == "vector" else 0))
-    return node.op in _SUMS and any(_is_angle(store, v) for v in node.operands)
+    return node.op in SUMS and any(_is_angle(store, v) for v in node.operands)
 
 
 def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
@@ -315,7 +222,7 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
     own: dict[tuple[str, str], Value] = {}
-    for value in _angles(store):
+    for value in angles_of(store):
         rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
         if rotor is not None:
             own.setdefault((rotor[0].key, rotor[1].key), value)
@@ -323,7 +230,7 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
         Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
     ]:
         for value in outputs.values():
-            lifting.lift(value)
+            lifting.realise(value)
         for index in range(size):
             if store.node(Value(index)).op in ("vector", "lightcone", "implicit"):
                 lifting.lift(Value(index))
@@ -339,7 +246,7 @@ def _subsets(items: Sequence[Value]) -> list[tuple[Value, ...]]:
 
 def _add_sums(store: Store) -> None:
     """Add angles as sums of two others, where the sample points show a relation and rotors prove it."""
-    angles = [v for v in _angles(store) if store.rotors.rotor(v) is not None]
+    angles = [v for v in angles_of(store) if store.rotors.rotor(v) is not None]
     angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1]
     distinct: dict[str, Value] = {}
     for value in angles:
@@ -360,6 +267,11 @@ def _add_sums(store: Store) -> None:
                         _add_sum(store, r, whole, p, q, sign, rest[0])
 
 
+def _quarters(count: int) -> str:
+    """Write a positive number of quarter turns."""
+    return "pi" if count == 2 else f"{count}*pi/2" if count > 1 else "pi/2"
+
+
 def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, rest: Any) -> None:
     """Make r = whole (p + sign q + constant) if the constant is a multiple of a quarter turn."""
     from cordicc.ir.fold import PI
@@ -369,10 +281,11 @@ def _add_sum(store: Store, r: Value, whole: int, p: Value, q: Value, sign: int, 
         return
     store.begin(store.node(r).origin)
     names = [name_of(store, v) for v in (r, p, q)]
-    minus = "-" if whole == -1 else ""
     middle = "+" if sign == 1 else "-"
-    right = f"{minus}({names[1]} {middle} {names[2]} + {round(quarters)} pi/2)"
-    store.reason = (f"{names[0]} = {right}: both sides have one cosine and sine",)
+    turned = f" {'+' if quarters > 0 else '-'} {_quarters(abs(round(quarters)))}" if round(quarters) else ""
+    right = f"{names[1]} {middle} {names[2]}{turned}"
+    whole_right = f"-({right})" if whole == -1 else right
+    store.reason = (f"`{names[0]} = {whole_right}`: both sides have the same cosine and sine",)
     total = store.make("add" if sign == 1 else "sub", (p, q))[0]
     total = store.add(total, store.const(PI / 2 * round(quarters)))
     if whole == -1:

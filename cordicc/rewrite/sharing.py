@@ -11,9 +11,12 @@ from collections import Counter
 from fractions import Fraction
 from itertools import permutations, product
 
-from cordicc.ir.graph import Value
+from cordicc.ir.graph import Value, factored
 from cordicc.rewrite.products import cheaper
 from cordicc.rewrite.store import Store
+
+_SQUARES = 12
+"""Longer sums of squares are left as they are."""
 
 _MOST = 400
 """Products or sums of products that are looked at."""
@@ -32,14 +35,52 @@ def add_norms(store: Store) -> None:
         if store.element(root) is None or (node.op == "implicit" and store.constant(C) is None):
             continue
         square = store.mul(root, root)
-        if node.op == "implicit":
-            store.add(square, store.mul(C, C))
+        x, y = node.operands[:2]
+        squares = store.add(store.mul(x, x), store.mul(y, y))
+        store.union(store.add(square, store.mul(C, C)) if node.op == "implicit" else square, squares)
+
+
+def add_norm_chains(store: Store) -> None:
+    """Add sums of three squares and more with x^2 + y^2 in them as the square of a norm."""
+    store.reason = ("two of the squares as the square of the norm",)
+    norms = [
+        (Value(index), [factored(store.algebra.nodes, v) for v in node.operands[:2]])
+        for index, node in enumerate(store.algebra.nodes)
+        if node.op == "vector" and node.params[0] == 1
+    ]
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        squares = _squares(store, Value(index)) if node.op == "add" else []
+        if not 2 < len(squares) <= _SQUARES:
+            continue
+        for norm, legs in norms:
+            roots = [store.find(base) for _, base in legs]
+            if legs[0][0] ** 2 != legs[1][0] ** 2 or not all(root in squares for root in roots):
+                continue
+            rest = list(squares)
+            for root in roots:
+                if root in rest:
+                    rest.remove(root)
+            if len(rest) == len(squares) - 2:
+                store.begin(node.origin)
+                total = store.scale(1 / legs[0][0] ** 2, store.mul(norm, norm))
+                for root in rest:
+                    total = store.add(total, store.mul(root, root))
+                store.union(Value(index), total)
+
+
+def _squares(store: Store, value: Value) -> list[Value]:
+    """Return v1, v2, ... for v1^2 + v2^2 + ..., nothing for other sums."""
+    node = store.node(value)
+    if node.op == "mul" and store.find(node.operands[0]) == store.find(node.operands[1]):
+        return [store.find(node.operands[0])]
+    parts = [_squares(store, v) for v in node.operands] if node.op == "add" else []
+    return [v for part in parts for v in part] if parts and all(parts) else []
 
 
 def add_multiples(store: Store) -> None:
     """Join sums and products with a multiple of an earlier value, plus a constant, that equals them."""
     store.reason = ("a multiple of another value, plus a constant",)
-    for value, poly in tuple(store.multiples()):
+    for value, poly in tuple(store.polynomials.multiples):
         found = store.affine(poly)
         if found is None or store.node(value).op not in ("add", "sub", "mul"):
             continue

@@ -16,13 +16,17 @@ from math import log2
 import numpy as np
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.field import TooLarge, square_root_of
+from cordicc.rewrite.field import TooLarge
+from cordicc.rewrite.roots import square_root_of
 from cordicc.rewrite.store import Store
 
 Terms = dict[tuple[Value, ...], Fraction]
 """Coefficients by monomial: (), (a,) or (a, b) with a <= b."""
 
 _LINEAR = ("add", "sub", "neg", "cmul", "shift")
+_LEAST = 0.1
+"""The least share of the largest root, on the samples, for which units with an absolute error serve."""
+
 _MOST = 40
 """Longer sums are left as they are."""
 
@@ -91,9 +95,13 @@ class Squares:
     def _add_root(self, root: Value, base: Terms, rest: Terms) -> None:
         """Add the root of base^2 + rest as the second result of an implicit unit."""
         store = self._store
-        if all(not monomial for monomial in rest):
+        size = np.abs(store.numbers(root))
+        # The unit's error is one of B and C, not of the root: small roots would lose their digits.
+        if all(not monomial for monomial in rest) or not np.nanmin(size) > _LEAST * np.nanmax(size):
             return
-        store.reason = ("sqrt(A^2 + w) with w = B^2 - C^2: the second result for B cos t + A sin t = C",)
+        store.reason = (
+            "`sqrt(A**2 + w)` with `w = B**2 - C**2`: the second result for `B*cos(t) + A*sin(t) = C`",
+        )
         own, w = self._sum(base), self._sum(rest)
         usual = float(np.nanmedian(np.abs(store.numbers(w))))
         if not usual > 0:

@@ -8,23 +8,32 @@ its cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), as elements
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
 
 from cordicc.arith.intervals import Interval
 from cordicc.arith.intervals import evaluate as enclose
-from cordicc.ir.graph import Node, Param, Value
+from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.conditioning import errors
 from cordicc.rewrite.constants import Constants
-from cordicc.rewrite.field import Element, Field, Poly, TooLarge, monic, rational, square_root_of
+from cordicc.rewrite.field import (
+    LOOKUP_TERMS,
+    Element,
+    Field,
+    Poly,
+    TooLarge,
+    monic,
+)
 from cordicc.rewrite.numeric import Floats, results
+from cordicc.rewrite.parts import is_square_sum, long_parts, rest_squared, square_root
+from cordicc.rewrite.polynomials import Polynomials
 from cordicc.rewrite.rotors import Rotors
+from cordicc.rewrite.signs import Signs
 
-_LOOKUP_TERMS = 300
-_SUM_TERMS = 40
+_CLEARLY = 1e-6
+"""A value of this size, beside the largest one on the samples, is no rounding error."""
 
 
 class Store:
@@ -36,25 +45,27 @@ class Store:
         self.reason: tuple[str, ...] = ()
         self.why: dict[int, tuple[str, ...]] = {}
         self.rests: dict[int, frozenset[str]] = {}
-        self._facts: dict[str, str] = {}
         self._inputs, self._samples = ranges, samples
         self._count = len(next(iter(samples.values())))
         self._ranges: list[tuple[Interval | None, ...]] = []
         self._numbers: list[tuple[Floats, ...]] = []
         self._errors: list[tuple[Floats, ...]] = []
         self._elements: list[tuple[Element | None, ...]] = []
-        self._signs: dict[str, Element] = {}
+        self._sign_elements: dict[str, Element] = {}
+        self._signs = Signs(field)
+        self.polynomials = Polynomials()
         self._generator_values: dict[int, Value] = {}
         self.constants = Constants(field)
         self.rotors = Rotors(self.constants, self)
-        self._known_signs: dict[str, int] = {}
-        self._products: dict[str, tuple[int, int]] = {}
         self._parent: dict[Value, Value] = {}
         self._by_key: dict[str, Value] = {}
-        self._affine: dict[str, tuple[Value, Fraction, Fraction]] = {}
-        self._sums: list[tuple[Value, Poly]] = []
-        self._multiples: list[tuple[Value, Poly]] = []
         self._by_shape: dict[object, Value] = {}
+        self._opaque: dict[Value, Element] = {}
+        self._opaque_generators: set[int] = set()
+        self.opaque_left = 0
+        self.turns: list[tuple[Value, Value]] = []
+        self.angles: set[Value] = set()
+        self.domains: dict[Value, list[Value]] = {}
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -96,6 +107,10 @@ class Store:
     def node(self, value: Value) -> Node:
         """Return the node that makes a value."""
         return self.algebra.nodes[value.node]
+
+    def factored(self, value: Value) -> tuple[Fraction, Value]:
+        """Return (k, v) with value = k v, all constant factors in k."""
+        return factored(self.algebra.nodes, value)
 
     def range(self, value: Value) -> Interval | None:
         """Return the enclosure of a value."""
@@ -141,32 +156,24 @@ class Store:
         if a != b:
             self._parent[max(a, b)] = min(a, b)
 
+    def same_turn(self, angle: Value, total: Value) -> None:
+        """Record that a sum of angles equals an angle modulo 2 pi."""
+        self.turns.append((angle, total))
+        todo = [angle, total]
+        while todo:
+            value = todo.pop()
+            if value not in self.angles:
+                self.angles.add(value)
+                node = self.node(value)
+                todo += node.operands if node.op in ("add", "sub", "neg") else ()
+
+    def same_domain(self, angle: Value, other: Value) -> None:
+        """Record that the unit of one angle has a value exactly where that of another has."""
+        self.domains.setdefault(angle, []).append(other)
+
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
-        if len(poly) > _LOOKUP_TERMS:
-            return None
-        constant, factor, key = self._affine_key(poly)
-        found = self._affine.get(key)
-        if found is None or factor == 0:
-            return None
-        value, its_factor, its_constant = found
-        ratio = factor / its_factor
-        return value, ratio, constant - ratio * its_constant
-
-    def _affine_key(self, poly: Poly) -> tuple[Fraction, Fraction, str]:
-        ends = len(poly) > 0 and not any(poly.monoms()[-1])
-        constant = rational(poly.coefficient(len(poly) - 1)) if ends else Fraction(0)
-        rest = poly - self.field.number(constant).num
-        factor, rest = monic(rest)
-        return constant, factor, str(rest)
-
-    def sums(self) -> list[tuple[Value, Poly]]:
-        """Return values with polynomials of a few terms, each without its constant, monic."""
-        return self._sums
-
-    def multiples(self) -> list[tuple[Value, Poly]]:
-        """Return values, as polynomials, that `affine` finds earlier ones for."""
-        return self._multiples
+        return self.polynomials.affine(poly)
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -177,62 +184,29 @@ class Store:
             return 1
         if interval is not None and interval.hi <= 0:
             return -1
-        if self._square_sum(value, 8):
+        if self._takes_both_signs(value):
+            return 0
+        if is_square_sum(self, value, 8):
             return 1
         element = self.element(value)
         return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
 
+    def _takes_both_signs(self, value: Value) -> bool:
+        """Tell whether the samples leave no doubt, so that nothing need be looked for."""
+        numbers = self.numbers(value)
+        most, least = float(np.fmax.reduce(numbers)), float(np.fmin.reduce(numbers))
+        return min(most, -least) > _CLEARLY * max(most, -least)
+
     def assume(self, difference: Element, relation: str, fact: str) -> None:
         """Rest on a fact about an element: = 0, > 0, >= 0, < 0 or <= 0."""
-        factor, base = monic(difference.num)
         if relation == "=" and difference.is_polynomial:
             self.field.relate(difference.num, fact)
-        elif relation != "=" and factor:
-            sign = 1 if relation in (">", ">=") else -1
-            self._facts[str(base)] = fact
-            self._known_signs[str(base)] = sign * self.poly_sign(difference.den) * (1 if factor > 0 else -1)
+        elif relation != "=":
+            self._signs.assume(difference, 1 if relation in (">", ">=") else -1, fact)
 
     def poly_sign(self, poly: Poly) -> int:
         """Return the sign of a polynomial, as `sign` does, from what is known of equal values."""
-        factor, base = monic(poly)
-        sign = 1 if factor >= 0 else -1
-        if base.is_constant() or len(base) > _LOOKUP_TERMS:
-            return sign if base.is_constant() else 0
-        return sign * (self._base_sign(base) or self._product_sign(base))
-
-    def _product_sign(self, base: Poly) -> int:
-        """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
-        text, known = str(base), len(self._known_signs)
-        cached = self._products.get(text)
-        if cached is None or cached[0] != known or self._facts:
-            sign = 1
-            for part, exponent in base.factor()[1]:
-                if exponent % 2:
-                    scale, normal = monic(part)
-                    sign *= self._base_sign(normal) * (1 if scale > 0 else -1)
-            cached = self._products[text] = known, sign
-        return cached[1]
-
-    def _base_sign(self, base: Poly) -> int:
-        single = len(base) == 1 and base.total_degree() == 1
-        if single and next(self.field.generators(base)) in self.field.radicands:
-            return 1
-        text = str(base)
-        if text in self._facts:
-            self.field.touched.add(self._facts[text])
-        return self.field.definite.get(text, 0) or self._known_signs.get(text, 0)
-
-    def _square_sum(self, value: Value, depth: int) -> bool:
-        node, interval = self.node(value), self.range(value)
-        if depth == 0 or (interval is not None and interval.lo >= 0):
-            return depth > 0
-        if node.op == "mul" and node.operands[0] == node.operands[1]:
-            return True
-        if node.op == "cmul" and Fraction(node.params[0]) < 0:
-            return False
-        if node.op in ("add", "mul", "cmul", "shift"):
-            return all(self._square_sum(v, depth - 1) for v in node.operands)
-        return node.op == "abs"
+        return self._signs.of(poly)
 
     # -- annotation -------------------------------------------------------------------------------
 
@@ -256,33 +230,71 @@ class Store:
             moved = [self.error(v) for v in node.operands]
             self._errors.append(errors(node.op, node.params, operands, moved, made))
         self._elements.append((None,) * width)
-        with suppress(TooLarge, ZeroDivisionError):
-            self._elements[index] = self._element(index, node)
+        self._annotate_elements(index)
         for result in range(width):
             self._register(Value(index, result), node)
+
+    def _annotate_elements(self, index: int) -> None:
+        """Find the elements of a node's results; parts that make them too large become generators."""
+        node = self.algebra.nodes[index]
+        while True:
+            self._elements[index] = (None,) * len(node.definition.results)
+            try:
+                self._elements[index] = self._element(index, node)
+            except TooLarge:
+                if self.simplified(index):
+                    continue
+            except ZeroDivisionError:
+                pass
+            return
+
+    def simplified(self, index: int) -> bool:
+        """Make long values that a node is made of generators of their own; tell whether there were any.
+
+        What they are made of is no longer seen then, but what is found without it holds whatever they are.
+        """
+        values = sorted(long_parts(self, index))[: self.opaque_left]
+        changed = {value.node for value in values}
+        for value in values:
+            self.opaque_left -= 1
+            made = list(self._elements[value.node])
+            made[value.result] = self._opaque.setdefault(self.find(value), self._new_free(value))
+            self._opaque_generators |= set(self.field.generators(self._opaque[self.find(value)].num))
+            self._elements[value.node] = tuple(made)
+        for later in range(min(changed, default=index), index):
+            node = self.algebra.nodes[later]
+            if not changed.isdisjoint(v.node for v in node.operands):
+                changed.add(later)
+                self.rotors.forget(later)
+                self._annotate_elements(later)
+            if later in changed:
+                for result in range(len(node.definition.results)):
+                    self._register(Value(later, result), node)
+        return bool(values)
+
+    def reopened(self, index: int) -> bool:
+        """Find the elements of a node anew from simpler operands; tell whether they could be made simpler."""
+        if not self.simplified(index):
+            return False
+        self._annotate_elements(index)
+        return True
+
+    def is_transparent(self, element: Element) -> bool:
+        """Tell whether an element holds no value that was made a generator of its own."""
+        degrees = element.num.degrees(), element.den.degrees()
+        return not any(own[index] for own in degrees for index in self._opaque_generators)
 
     def _register(self, value: Value, node: Node) -> None:
         shape = (node.op, node.params, tuple(self.find(v) for v in node.operands), value.result)
         self.union(value, self._by_shape.setdefault(shape, value))
         element = self.element(value)
-        if element is None or len(element.num) > _LOOKUP_TERMS:
+        if element is None or len(element.num) > LOOKUP_TERMS:
             return
         self.union(value, self._by_key.setdefault(element.key, value))
-        sign = self.sign(value) * self.poly_sign(element.den)
-        factor, base = monic(element.num)
-        if sign and factor:
-            self._known_signs.setdefault(str(base), sign if factor > 0 else -sign)
+        self._signs.know(element, self.sign(value))
         poly = self.field.display(element)
-        if poly is None:
-            return
-        constant, factor, key = self._affine_key(poly)
-        if factor and key in self._affine:
-            self._multiples.append((value, poly))
-        elif factor:
-            self._affine[key] = (value, factor, constant)
-            if 1 < len(poly) <= _SUM_TERMS:
-                rest = poly - self.field.number(constant).num
-                self._sums.append((value, rest / rest.leading_coefficient()))
+        if poly is not None:
+            self.polynomials.register(value, poly)
 
     def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
         field = self.field
@@ -333,22 +345,16 @@ class Store:
                 x, y, z = operands
                 return x, field.add(y, field.mul(x, z))
             case "lightcone":
-                return self.square_root(field.mul(*operands), Value(index)), None
+                return square_root(self, field.mul(*operands)), None
             case "implicit":
-                rest = self._rest(int(node.params[0]), operands)
-                return None, self.square_root(rest, Value(index, 1))
+                rest = rest_squared(self.field, int(node.params[0]), operands)
+                return None, square_root(self, rest)
         return (None,) * width
 
     def _new_free(self, value: Value) -> Element:
         index = self.field.free()
         self._generator_values[index] = value
         return Element(self.field.generator(index), self.field.one)
-
-    def _rest(self, m: int, operands: Sequence[Element]) -> Element:
-        field = self.field
-        squares = [field.mul(e, e) for e in operands]
-        difference = field.sub(squares[1], squares[2])
-        return field.add(squares[0], field.scale(Fraction(m), difference))
 
     def _vector_elements(self, node: Node, operands: Sequence[Element]) -> tuple[Element | None, ...]:
         field, (x, y, z) = self.field, operands
@@ -357,7 +363,9 @@ class Store:
             quotient = field.div(y, x)
             return x, field.add(z, field.scale(Fraction(sign), quotient))
         squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
-        return self.square_root(squares, None), None
+        if m == 1:
+            self._signs.know(squares, 1)
+        return square_root(self, squares), None
 
     def _sign_element(self, value: Value) -> Element:
         """Return 1 or -1 where the sign is known, else a generator with square 1."""
@@ -370,30 +378,6 @@ class Store:
         assert element is not None
         factor, base = monic(element.num)
         key = f"{factor > 0}{base}/{element.den}"
-        if key not in self._signs:
-            self._signs[key] = Element(self.field.generator(self.field.sign()), self.field.one)
-        return self._signs[key]
-
-    def square_root(self, radicand: Element, source: Value | None) -> Element:
-        """Return the non-negative root: squares of known sign leave it, the rest becomes a generator."""
-        field = self.field
-        if radicand.is_zero:
-            return radicand
-        whole = field.times(radicand.num, radicand.den)
-        outside = Element(field.one, radicand.den)
-        if not radicand.is_polynomial and self.poly_sign(radicand.den) == 0:
-            raise TooLarge
-        if self.poly_sign(radicand.den) < 0:
-            outside = field.scale(Fraction(-1), outside)
-        constant, factors = whole.factor_squarefree() if len(whole) <= _LOOKUP_TERMS else (1, [(whole, 1)])
-        inside = field.one * constant
-        pulled = field.one
-        for base, exponent in factors:
-            sign = self.poly_sign(base)
-            half = exponent // 2 if sign else 0
-            pulled = field.times(pulled, (base * sign) ** half) if half else pulled
-            inside = inside * base ** (exponent - 2 * half)
-        number = rational(inside.leading_coefficient()) if inside.is_constant() else None
-        root = None if number is None else square_root_of(number)
-        result = field.number(root) if root is not None else field.root(field.reduce(inside))
-        return field.mul(field.mul(result, Element(pulled, field.one)), outside)
+        if key not in self._sign_elements:
+            self._sign_elements[key] = Element(self.field.generator(self.field.sign()), self.field.one)
+        return self._sign_elements[key]

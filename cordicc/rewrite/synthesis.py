@@ -80,7 +80,7 @@ class Synthesis:
         if len(poly) == 1 and poly.total_degree() == 1:
             index = next(store.field.generators(poly))
             return store.scale(rational(poly.leading_coefficient()), self._generator(index))
-        constant, factors = poly.factor()
+        constant, factors = store.field.factors(poly)
         if len(factors) > 1 or factors[0][1] > 1:
             value = store.const(rational(constant))
             for base, exponent in factors:
@@ -95,7 +95,7 @@ class Synthesis:
         store = self._store
         best: tuple[int, Value, Fraction, Poly] | None = None
         terms = poly.to_dict()
-        for value, other in store.sums():
+        for value, other in store.polynomials.sums:
             lead = other.monoms()[0]
             if lead not in terms or len(other) < 2 or len(other) > 2 * len(poly):
                 continue

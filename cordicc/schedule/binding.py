@@ -126,11 +126,15 @@ def _cost(wires: Wiring, binding: Binding) -> int:
 def _one_by_one(wires: Wiring, units: Mapping[str, int]) -> Binding:
     """Give each operation the free unit whose ports gain the fewest sources."""
     binding: Binding = {}
-    taken: set[tuple[str, int, int]] = set()
+    taken: dict[tuple[str, int], set[int]] = {}
+    opened: dict[str, int] = {}
     ports: dict[tuple[str, int, int], set[Source]] = {}
     for id, kind in wires.kind.items():
         sources = [_source(wires, binding, driver) for driver in wires.drivers[id]]
-        free = [unit for unit in range(units[kind]) if (kind, unit, wires.slot[id]) not in taken]
+        busy, count = taken.setdefault((kind, wires.slot[id]), set()), opened.setdefault(kind, 0)
+        # Units without an operation are alike: the first of them stands for all.
+        free = [unit for unit in range(count) if unit not in busy] if len(busy) < count else []
+        free += [count] if count < units[kind] else []
 
         def gain(unit: int, sources: Sequence[Source] = sources, kind: str = kind) -> tuple[int, int]:
             fresh = (s not in ports.get((kind, unit, p), set()) for p, s in enumerate(sources))
@@ -138,7 +142,8 @@ def _one_by_one(wires: Wiring, units: Mapping[str, int]) -> Binding:
 
         unit = min(free, key=gain)
         binding[id] = unit
-        taken.add((kind, unit, wires.slot[id]))
+        busy.add(unit)
+        opened[kind] = max(count, unit + 1)
         for position, source in enumerate(sources):
             ports.setdefault((kind, unit, position), set()).add(source)
     return binding

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from cordicc.certify.network import network
-from cordicc.certify.plans import UNIT_PROGRAM, bounds_of
+from cordicc.certify.plans import bounds_of
 from cordicc.certify.predicates import inside
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
+from cordicc.record import UNIT_PROGRAM
 from tests.equivalence.test_corpus import CORPUS, PROBLEMS, compiled, table
 
 LEAST_SHARE = 0.99

@@ -5,8 +5,8 @@ from fractions import Fraction
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from cordicc.codes import CODES
 from cordicc.diagnostics import InvalidInput, Source
-from cordicc.frontend.codes import CODES
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.load import parse_problem
 from cordicc.frontend.syntax import (

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import xml.etree.ElementTree as ET
-from dataclasses import replace
-from html.parser import HTMLParser
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import pytest
 
@@ -17,70 +16,21 @@ from cordicc.backends import (
     labels,
     layout,
     placing,
-    report,
     routing,
     schedule_chart,
     script,
     svg,
+    tracing,
     wiring,
 )
-from cordicc.plan import Operand, Operation, Plan, Unit
+from cordicc.backends.diagram import PAGE_WIDTH
+from cordicc.backends.palette import DARK, INK, LOOKS, MUTED, OTHER
+from cordicc.plan import Plan
 from tests import plans_for_tests as plans
+from tests.hard_plans import ALL, shared
 
 SVG = "{http://www.w3.org/2000/svg}"
 PICTURES = (datapath, schedule_chart, graph_view)
-HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
-
-
-def shared() -> Plan:
-    """Two operations in flight on one unit at initiation interval 16."""
-    plan = plans.wheel()
-    moved = [
-        replace(op, unit="standard1", start=op.start + 8, finish=op.finish + 8) if op.id == "o6" else op
-        for op in plan.operations
-    ]
-    extra = Operation(
-        "o7", "rotate", {"m": 1}, "standard", "circular rotation", "standard1", 20, 64, ("x", "y", "z"),
-        (Operand("S"), Operand(constant="0"), Operand("S")), (None, None), "spare",
-    )  # fmt: skip
-    return replace(plan, operations=(*moved, extra), initiation_interval=16)
-
-
-def hostile() -> Plan:
-    plan = plans.planar()
-    names = {"x": HOSTILE}
-    operations = tuple(
-        replace(
-            op,
-            mode=HOSTILE,
-            equation=HOSTILE,
-            operands=tuple(replace(o, value=names.get(o.value or "", o.value)) for o in op.operands),
-        )
-        for op in plan.operations
-    )
-    problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
-    problem["inputs"] = [{"name": HOSTILE, "lo": 0, "hi": 1, "unit": HOSTILE}]
-    outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
-    return replace(
-        plan,
-        name=HOSTILE,
-        description=HOSTILE,
-        operations=operations,
-        problem=problem,
-        outputs=outputs,
-        fifos=(),
-    )
-
-
-def empty() -> Plan:
-    """A plan that only passes an input on."""
-    return plans.Builder("wire", {"x": (0, 1)}).plan({"y": "x", "k": 0.5})
-
-
-ALL = {
-    "wheel": plans.wheel(), "planar": plans.planar(), "puma": plans.puma(), "shared": shared(),
-    "hostile": hostile(), "empty": empty(),
-}  # fmt: skip
 
 
 @pytest.fixture(params=ALL, ids=str)
@@ -157,25 +107,21 @@ class TestPictures:
 
 
 class TestLayout:
-    @staticmethod
-    def drawn(monkeypatch, view, plan):
-        seen = []
-        monkeypatch.setattr(view, "frame", lambda *args: seen.append(args[3]) or "")
-        view.render(plan)
-        return seen[0]
-
+    @pytest.mark.parametrize("width", [None, PAGE_WIDTH])
     @pytest.mark.parametrize("view", [datapath, graph_view], ids=["datapath", "graph"])
     @pytest.mark.parametrize("seed", range(8))
-    def test_wires_are_unambiguous(self, monkeypatch, view, seed):
-        diagram = self.drawn(monkeypatch, view, plans.puma(seed))
-        boxes = {
-            s.box.id: (*diagram.layout.places[s.box.id], s.box.width, s.box.height) for s in diagram.shapes
-        }
+    def test_wires_are_unambiguous(self, view, seed, width):
+        for band in view.diagram(plans.puma(seed), width).bands:
+            self.check_wires(band)
+
+    @staticmethod
+    def check_wires(band):
+        boxes = {s.box.id: (*band.layout.places[s.box.id], s.box.width, s.box.height) for s in band.shapes}
         for (_, a), (_, b) in combinations(boxes.items(), 2):
             assert a[0] >= b[0] + b[2] or b[0] >= a[0] + a[2] or a[1] >= b[1] + b[3] or b[1] >= a[1] + a[3]
         lines = [
             (number, min(x1, x2), max(x1, x2), min(y1, y2), max(y1, y2))
-            for number, wire in enumerate(diagram.layout.wires)
+            for number, wire in enumerate(band.layout.wires)
             for (x1, y1), (x2, y2) in wire.segments
             if (x1, y1) != (x2, y2)
         ]
@@ -189,29 +135,35 @@ class TestLayout:
             both_level, both_upright = a[3] == a[4] and b[3] == b[4], a[1] == a[2] and b[1] == b[2]
             assert not ((both_level or both_upright) and touch_x and touch_y)
 
+    @pytest.mark.parametrize("width", [None, PAGE_WIDTH])
     @pytest.mark.parametrize("seed", range(4))
-    def test_every_wire_joins_its_ports(self, monkeypatch, seed):
-        plan = plans.puma(seed)
-        diagram = self.drawn(monkeypatch, datapath, plan)
-        shapes = {shape.box.id: shape.box for shape in diagram.shapes}
-        places = diagram.layout.places
-        for net, wire in zip(wiring.nets(plan), diagram.layout.wires, strict=True):
-            ends = {point for segment in wire.segments for point in segment}
-            for pin in net.sinks:
-                x, y = places[pin.box]
-                assert (x, y + shapes[pin.box].inputs[pin.port]) in ends
-            x, y = places[net.source.box]
-            box = shapes[net.source.box]
-            assert (x + box.width, y + box.outputs[net.source.port]) in ends
+    def test_every_wire_joins_its_ports(self, seed, width):
+        for band in datapath.diagram(plans.puma(seed), width).bands:
+            shapes = {shape.box.id: shape.box for shape in band.shapes}
+            places = band.layout.places
+            for net, wire in zip(band.nets, band.layout.wires, strict=True):
+                ends = {point for segment in wire.segments for point in segment}
+                for pin in net.sinks:
+                    x, y = places[pin.box]
+                    assert (x, y + shapes[pin.box].inputs[pin.port]) in ends
+                x, y = places[net.source.box]
+                box = shapes[net.source.box]
+                assert (x + box.width, y + box.outputs[net.source.port]) in ends
 
-    def test_time_runs_to_the_right(self, monkeypatch):
+    def test_time_runs_to_the_right(self):
         plan = plans.puma()
-        places = self.drawn(monkeypatch, datapath, plan).layout.places
-        ordered = sorted(
-            (op.start, places[f"op.{op.id}"][0]) for op in plan.operations if op.finish > op.start
-        )
-        for (early, left), (late, right) in combinations(ordered, 2):
-            assert left < right if early < late else left == right
+        for width in (None, PAGE_WIDTH):
+            bands = datapath.diagram(plan, width).bands
+            places = {
+                shape.box.id: (row, band.layout.places[shape.box.id][0])
+                for row, band in enumerate(bands)
+                for shape in band.shapes
+            }
+            ordered = sorted(
+                (op.start, places[f"op.{op.id}"]) for op in plan.operations if op.finish > op.start
+            )
+            for (early, before), (late, after) in combinations(ordered, 2):
+                assert before < after if early < late else before == after
 
     def test_cyclic_constraints_are_cut_by_a_jog(self):
         channel = routing.route([routing.Crossing(0, 0, (80,)), routing.Crossing(1, 80, (0,))])
@@ -232,6 +184,101 @@ class TestLayout:
         edges = [placing.Edge(0, 8, 3, 8), placing.Edge(1, 8, 2, 8)]
         first, second = placing.order(nodes, edges, [[0, 1], [2, 3]])
         assert [first.index(0), first.index(1)] == [second.index(3), second.index(2)]
+
+
+class TestFolding:
+    """A wide diagram in rows: nothing is lost, and rows fit a page."""
+
+    @pytest.mark.parametrize("view", [datapath, graph_view], ids=["datapath", "graph"])
+    @pytest.mark.parametrize("seed", range(8))
+    def test_rows_fit_a_page(self, view, seed):
+        bands = view.diagram(plans.puma(seed, small=60), PAGE_WIDTH).bands
+        assert len(bands) > 1
+        assert all(band.layout.width <= PAGE_WIDTH for band in bands)
+
+    @pytest.mark.parametrize("seed", range(8))
+    def test_rows_have_the_connections_of_the_plan(self, seed):
+        plan = plans.puma(seed)
+        wanted = {(net.source.box, sink.box) for net in wiring.nets(plan) for sink in net.sinks}
+        found, shown = set(), []
+        for band in datapath.diagram(plan, PAGE_WIDTH).bands:
+            shapes = {shape.box.id: shape for shape in band.shapes}
+            shown += [name for name, shape in shapes.items() if not shape.source]
+            for net in band.nets:
+                source = shapes[net.source.box]
+                ends = [to for sink in net.sinks for to in shapes[sink.box].leads_to or (sink.box,)]
+                found |= {(source.source or source.box.id, end) for end in ends}
+        assert found == wanted
+        assert len(shown) == len(set(shown))
+        connected = {name for pair in wanted for name in pair}
+        assert connected <= set(shown)
+
+    def test_narrow_diagrams_stay_in_one_row(self):
+        assert len(datapath.diagram(plans.wheel(), PAGE_WIDTH).bands) == 1
+        assert len(datapath.diagram(plans.puma(), None).bands) == 1
+
+    def test_branches_follow_the_wire(self):
+        segments = [((0, 0), (20, 0)), ((20, -8), (20, 16)), ((20, -8), (40, -8)), ((20, 16), (40, 16))]
+        assert tracing.branches(segments, (0, 0), [(40, -8), (40, 16)]) == [
+            [(0, 0), (20, 0), (20, -8), (40, -8)],
+            [(0, 0), (20, 0), (20, 16), (40, 16)],
+        ]
+        assert tracing.branches([((0, 0), (40, 0))], (0, 0), [(40, 0)]) == [[(0, 0), (40, 0)]]
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_each_end_of_a_wire_has_its_way(self, seed):
+        for band in datapath.diagram(plans.puma(seed), PAGE_WIDTH).bands:
+            boxes = {shape.box.id: shape.box for shape in band.shapes}
+            for net, wire in zip(band.nets, band.layout.wires, strict=True):
+                box = boxes[net.source.box]
+                x, y = band.layout.places[box.id]
+                ends = [
+                    (
+                        band.layout.places[pin.box][0],
+                        band.layout.places[pin.box][1] + boxes[pin.box].inputs[pin.port],
+                    )
+                    for pin in net.sinks
+                ]
+                start = (x + box.width, y + box.outputs[net.source.port])
+                for end, way in zip(ends, tracing.branches(wire.segments, start, ends), strict=True):
+                    assert way[0] == start
+                    assert way[-1] == end
+                    assert all(a[0] == b[0] or a[1] == b[1] for a, b in pairwise(way))
+
+
+class TestPalette:
+    """Kinds can be told apart without colour, and texts read, on paper and in the dark."""
+
+    @staticmethod
+    def luminance(colour):
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        parts = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+        return sum(w * p for w, p in zip((0.2126, 0.7152, 0.0722), parts, strict=True))
+
+    def lightness(self, colour):
+        return 116 * self.luminance(colour) ** (1 / 3) - 16
+
+    def contrast(self, first, second):
+        low, high = sorted((self.luminance(first), self.luminance(second)))
+        return (high + 0.05) / (low + 0.05)
+
+    def test_units_differ_in_grey(self):
+        kinds = ["standard", "implicit", "mul", "cmul", "add", "shift", "sign"]
+        for (_, a), (_, b) in combinations([(k, LOOKS[k]) for k in kinds] + [("", OTHER)], 2):
+            shapes = (a.dash, a.inner, a.radius) != (b.dash, b.inner, b.radius)
+            assert shapes or abs(self.lightness(a.fill) - self.lightness(b.fill)) >= 7, (a.label, b.label)
+
+    @pytest.mark.parametrize("theme", [lambda colour: colour, DARK.__getitem__], ids=["light", "dark"])
+    def test_texts_stand_out(self, theme):
+        for look in (*LOOKS.values(), OTHER):
+            assert self.contrast(theme(look.fill), theme(INK)) >= 7, look.label
+            assert self.contrast(theme(look.fill), theme(MUTED)) >= 4.5, look.label
+            assert self.contrast(theme("#ffffff"), theme(look.stroke)) >= 3, look.label
+
+    def test_every_colour_has_a_dark_one(self, plan):
+        for view in PICTURES:
+            used = set(re.findall(r'(?:fill|stroke)="(#[0-9a-f]+)"', view.render(plan)))
+            assert used <= set(DARK), view.__name__
 
 
 class TestLabels:
@@ -273,86 +320,11 @@ class TestLabels:
         assert svg.text_width(short, 10) <= 60
 
     def test_operations_on_a_shared_unit_get_lanes(self):
-        rows = {row.name: row for row in schedule_chart._unit_rows(shared())}
+        rows = {row.name: row for row in schedule_chart._unit_rows(shared(), 4.0)}
         assert [[bar.id for bar in lane] for lane in rows["standard1"].lanes] == [
             ["op.o4", "op.o6"],
             ["op.o7"],
         ]
-
-
-class _Page(HTMLParser):
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.ids: list[str] = []
-        self.links: list[str] = []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.ids += [value for name, value in attrs if name == "id"]
-        self.links += [value for name, value in attrs if name in ("src", "href")]
-
-
-class TestReport:
-    def test_self_contained(self, plan):
-        page = _Page()
-        page.feed(report.render(plan))
-        assert page.tags.count("svg") == 2
-        assert "script" not in page.tags
-        assert page.links == []
-        assert len(page.ids) == len(set(page.ids))
-
-    def test_deterministic(self, plan):
-        assert report.render(plan) == report.render(plan)
-
-    def test_says_what_is_known(self):
-        plan = plans.planar()
-        plan = replace(
-            plan,
-            accuracy={
-                "theta1": {
-                    "bound": {"value": 2e-6, "where": "|C| < 0.9 R", "share_of_samples": 0.5},
-                    "observed": {"max": 1e-6, "rms": 1e-7},
-                },
-                "theta2": {"bound": None, "observed": {"max": None, "rms": None}},
-            },
-        )
-        text = report.render(plan)
-        for part in (
-            "proven optimal",
-            "not proven optimal; at least 27, gap 15.6%",
-            "2.000e-06",
-            "|C| &lt; 0.9 R, 0.5 of the samples",
-            "r2 = x**2 + y**2",
-            "x = 0.1 &amp; y &lt; 0",
-            "cordicc compile planar-2r.yaml --target kinematic --units auto --ii 1",
-        ):
-            assert part in text
-        assert text.count('<td class="n">—</td>') == 3
-
-    @pytest.mark.parametrize(
-        ("target", "text", "shown"),
-        [
-            ("r", "x + 1", "r = x + 1"),
-            ("r", "r = x", "r = x"),
-            ("t", "solve a*cos(t) = c for t", "solve a*cos(t) = c for t"),
-            ("t", "a*cos(t) = c", "a*cos(t) = c    for t"),
-        ],
-    )
-    def test_equations_name_what_they_define(self, target, text, shown):
-        assert report._equation(target, text) == shown
-
-    def test_tables_are_complete(self):
-        plan = plans.puma()
-        text = report.render(plan)
-        for item in (*plan.operations, *plan.fifos):
-            assert f'<th scope="row">{item.id}</th>' in text
-
-    def test_units_of_an_unknown_kind(self):
-        plan = plans.planar()
-        plan = replace(plan, units=(*plan.units, Unit("d1", "divider", 9)))
-        assert '<th scope="row">divider</th>' in report.render(plan)
-        assert "idle" in schedule_chart.render(plan)
 
 
 class TestScript:

@@ -14,13 +14,13 @@ RANKS = [
     {"guard_bits", "word_lengths", "within_error"},
     {"checks", "observation", "certify"},
     {"poles"},
-    {"record"},
+    {"record", "typesetting"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},
     {"plan", "plan_check", "plan_json"},
     {"targets"},
     {"ir"},
     {"arith"},
-    {"diagnostics", "files"},
+    {"codes", "diagnostics", "files"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [

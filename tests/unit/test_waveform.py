@@ -156,7 +156,7 @@ def test_timescales(clock_hz: float, half: int, timescale: str) -> None:
 def test_a_waveform_that_would_be_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = compiled("wheel_beta", "fixed24")
     monkeypatch.setattr(waveform, "MOST_SIGNAL_CYCLES", 1000)
-    with pytest.raises(Unattainable, match="E615"):
+    with pytest.raises(Unattainable, match="E616"):
         waveform.render(plan, sampling.draw(plan.problem, 100, 0))
 
 
@@ -189,6 +189,6 @@ def test_the_command_writes_the_first_samples_and_says_so(tmp_path: Path) -> Non
     options = ["--random", "50", "--vcd", str(file), "--vcd-samples", "20"]
     done = CliRunner().invoke(main, ["simulate", problem, *options])
     assert done.exit_code == 0, done.output
-    assert "warning[W615]: the waveform holds the first 20 samples" in done.output
+    assert "warning[W616]: the waveform holds the first 20 samples" in done.output
     variables, _, _ = read(file.read_text(encoding="utf-8"))
     assert "wheel_beta.clk" in variables

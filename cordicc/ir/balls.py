@@ -1,0 +1,253 @@
+"""Evaluation of a graph in balls (Arb): midpoints with proven error radii, for most samples the fastest way.
+
+Every number that goes on has `_GOOD_BITS` certain bits, so that its sign is known, or is exactly zero.
+Whatever the balls leave open (a result that may be outside its domain, a comparison of equals, a number
+that no double holds, a result between two doubles) ends the sample as undecided: the caller evaluates it
+by `cordicc.ir.reference`, whose rounded numbers decide such cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx
+
+from cordicc.ir.graph import Graph
+
+_PRECISION = 128
+_GOOD_BITS = 64
+_LARGEST, _SMALLEST = 1e300, 1e-300
+_BELOW_PI = 3.14
+_TRIALS = 64
+"""Samples after which balls are given up if they decide less than half."""
+
+Ball = Any  # flint.arb
+_ONE, _ZERO = arb(1), arb(0)
+
+
+class _Undecided(Exception):
+    """A sample whose results the balls do not settle."""
+
+
+def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Evaluate the outputs of a graph on samples.
+
+    Args:
+        graph: any graph; one with operations that balls do not do leaves every sample undecided.
+        inputs: for each input of the graph a float64 array of shape (count,), taken as exact numbers.
+        count: of samples.
+
+    Returns:
+        The outputs, float64 of shape (outputs, count), the exact values correctly rounded, and which of the
+        samples are decided, bool of shape (count,).  Every output of a decided sample has a value.
+    """
+    results = np.full((len(graph.outputs), count), np.nan)
+    decided = np.zeros(count, dtype=bool)
+    if any(node.op not in _FUNCTIONS for node in graph.nodes if node.op not in ("input", "const")):
+        return results, decided
+    with ctx.workprec(_PRECISION):
+        run = _compiled(graph, inputs)
+        undecided = 0
+        finite = np.logical_and.reduce([np.isfinite(column) for column in inputs.values()], initial=True)
+        for tried, sample in enumerate(np.flatnonzero(np.broadcast_to(finite, count)).tolist()):
+            try:
+                results[:, sample] = run(sample)
+                decided[sample] = True
+            except _Undecided:
+                undecided += 1
+                if tried >= _TRIALS and 2 * undecided > tried:
+                    break
+    return results, decided
+
+
+def _compiled(graph: Graph, inputs: Mapping[str, np.ndarray]) -> Callable[[int], list[float]]:
+    """Return what evaluates one sample."""
+    values: list[Ball] = [None] * len(graph.nodes)
+    columns: list[tuple[int, list[float]]] = []
+    program: list[tuple[Callable[..., Ball], list[int], int]] = []
+    for index, node in enumerate(graph.nodes):
+        if node.op == "input":
+            columns.append((index, inputs[str(node.params[0])].tolist()))
+        elif node.op == "const":
+            values[index] = _rational(Fraction(node.params[0]))
+        else:
+            program.append((_FUNCTIONS[node.op](*node.params), [v.node for v in node.operands], index))
+    wanted = [value.node for value in graph.outputs.values()]
+    value_of = values.__getitem__
+
+    def run(sample: int) -> list[float]:
+        for at, numbers in columns:
+            values[at] = arb(numbers[sample])
+        for function, operands, at in program:
+            made = function(*map(value_of, operands))
+            # The midpoint of what is not finite, or of what has no value, is none of these either.
+            if made.rel_accuracy_bits() < _GOOD_BITS or not -_LARGEST < float(made) < _LARGEST:
+                raise _Undecided
+            values[at] = made
+        return [_rounded(values[at]) for at in wanted]
+
+    return run
+
+
+def _rounded(ball: Ball) -> float:
+    """Return the double next to every number of the ball."""
+    number = float(ball.lower())
+    if number != float(ball.upper()) or (abs(number) < _SMALLEST and not ball.is_zero()):
+        raise _Undecided
+    return number
+
+
+def _rational(number: Fraction | str | int) -> Ball:
+    exact = Fraction(number)
+    return arb(exact.numerator) / arb(exact.denominator)
+
+
+def _plain(function: Callable[..., Ball]) -> Callable[[], Callable[..., Ball]]:
+    """Make a table row of an operation without parameters."""
+    return lambda: function
+
+
+def _less(a: Ball, b: Ball) -> bool:
+    """Tell whether a < b; undecided where both are possible."""
+    if a < b:
+        return True
+    if a >= b:
+        return False
+    raise _Undecided
+
+
+def _negative(a: Ball) -> bool:
+    """Tell the sign of a number that goes on, which is certain."""
+    return bool(a < 0)
+
+
+def _defined(holds: bool) -> None:
+    if not holds:
+        raise _Undecided
+
+
+def _sign(a: Ball) -> Ball:
+    return arb((a > 0) - (a < 0))
+
+
+def _wrap(a: Ball) -> Ball:
+    if -_BELOW_PI < float(a) < _BELOW_PI:
+        return a
+    half, turn = arb.pi(), 2 * arb.pi()
+    turns = round(float(a / turn))
+    rest = a - turns * turn if turns else a
+    _defined(bool(-half < rest) and bool(rest < half))
+    return rest
+
+
+def _atan2(y: Ball, x: Ball) -> Ball:
+    _defined(not (x.is_zero() and y.is_zero()))
+    return arb.atan2(y, x)
+
+
+def _hypot(a: Ball, b: Ball) -> Ball:
+    return (a * a + b * b).sqrt()
+
+
+def _power(exponent: Fraction) -> Callable[[Ball], Ball]:
+    half = Fraction(exponent)
+    if half.denominator == 1:
+        whole = arb(half.numerator)
+        return lambda a: a**whole
+    twice = arb(half.numerator)
+    return lambda a: a.sqrt() ** twice
+
+
+def _scaled(factor: Fraction) -> Callable[[Ball], Ball]:
+    number = _rational(factor)
+    return lambda a: a * number
+
+
+def _shifted(exponent: Fraction) -> Callable[[Ball], Ball]:
+    number = arb(2) ** int(exponent)
+    return lambda a: a * number
+
+
+def _guard(condition: str) -> Callable[[Ball, Ball], Ball]:
+    holds: Callable[[Ball], bool] = {
+        "any": lambda s: True,
+        "nonzero": lambda s: not s.is_zero(),
+        "nonnegative": lambda s: not _negative(s),
+        "positive": lambda s: bool(s > 0),
+    }[condition]
+
+    def guard(a: Ball, s: Ball) -> Ball:
+        _defined(holds(s))
+        return a
+
+    return guard
+
+
+def _solve(m: int, branch: str) -> Callable[[Ball, Ball, Ball], Ball]:
+    if m == 1:
+        sign = 1 if branch == "+" else -1
+        return lambda A, B, C: _atan2(A, B) + sign * (C / _hypot(A, B)).acos()
+    return lambda A, B, C: _hyperbolic(branch, A, B, C)
+
+
+def _hyperbolic(branch: str, A: Ball, B: Ball, C: Ball) -> Ball:
+    """Return the logarithm of the root E > 0 of p E^2 - C E + q = 0; see `cordicc.ir.reference`."""
+    p, q = (B + A) / 2, (B - A) / 2
+    root = (C * C - 4 * p * q).sqrt()
+    if C < 0:
+        p, q = -p, -q
+    total = abs(C) + root
+    p_positive, q_positive = _less(_ZERO, p), _less(_ZERO, q)
+    _defined(not (p_positive and q_positive and branch == "none"))
+    if p_positive and not (q_positive and branch == "-"):
+        return (total / (2 * p)).log()
+    _defined(q_positive)
+    return (2 * q / total).log()
+
+
+def _solve_pair(A1: Ball, B1: Ball, C1: Ball, A2: Ball, B2: Ball, C2: Ball) -> Ball:
+    determinant = B1 * A2 - B2 * A1
+    cosine, sine = (C1 * A2 - C2 * A1) / determinant, (B1 * C2 - B2 * C1) / determinant
+    return _atan2(sine, cosine)
+
+
+_FUNCTIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
+    "add": _plain(lambda a, b: a + b),
+    "sub": _plain(lambda a, b: a - b),
+    "mul": _plain(lambda a, b: a * b),
+    "cmul": _scaled,
+    "shift": _shifted,
+    "neg": _plain(lambda a: -a),
+    "abs": _plain(abs),
+    "sign": _plain(_sign),
+    "min": _plain(lambda a, b: a if _less(a, b) else b),
+    "max": _plain(lambda a, b: b if _less(a, b) else a),
+    "flip": _plain(lambda a, s: -a if _negative(s) else a),
+    "select": _plain(lambda s, a, b: b if _negative(s) else a),
+    "guard": _guard,
+    "wrap": _plain(_wrap),
+    "div": _plain(lambda a, b: a / b),
+    "pow": _power,
+    "sqrt": _plain(lambda a: a.sqrt()),
+    "hypot": _plain(_hypot),
+    "sin": _plain(lambda a: a.sin()),
+    "cos": _plain(lambda a: a.cos()),
+    "tan": _plain(lambda a: a.tan()),
+    "asin": _plain(lambda a: a.asin()),
+    "acos": _plain(lambda a: a.acos()),
+    "atan": _plain(lambda a: a.atan()),
+    "atan2": _plain(_atan2),
+    "sinh": _plain(lambda a: a.sinh()),
+    "cosh": _plain(lambda a: a.cosh()),
+    "tanh": _plain(lambda a: a.tanh()),
+    "asinh": _plain(lambda a: a.asinh()),
+    "acosh": _plain(lambda a: a.acosh()),
+    "atanh": _plain(lambda a: a.atanh()),
+    "exp": _plain(lambda a: a.exp()),
+    "log": _plain(lambda a: a.log()),
+    "solve": _solve,
+    "solve_pair": _plain(_solve_pair),
+}

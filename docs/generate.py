@@ -1,0 +1,91 @@
+"""Writes the pages and pictures of this folder that follow from the program: `python docs/generate.py`.
+
+A test fails if one of them is not what this script makes.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+from cordicc.codes import CODES, HELP, UNATTAINABLE
+from cordicc.diagnostics import InvalidInput, Source
+from cordicc.frontend.load import parse_problem
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+
+_GROUPS = {
+    "1": "Reading a problem file, syntax of expressions",
+    "2": "Names, values and sections of a problem file",
+    "3": "`solve`, vectors, and the domain of the equations",
+    "4": "Plans that cannot be made",
+    "5": "Targets",
+    "6": "Files, samples and plans",
+    "7": "`cordicc trace` and `cordicc sequences`",
+    "8": "`cordicc schedule`",
+}
+_EXAMPLE = """\
+constants: {l1: 0.4, l2: 0.3}
+inputs: {x: [0, 0.5]}
+equations:
+  - y = l1 + l2*cos(l3*x)
+"""
+_HEAD = """# Diagnostics
+
+Every error and warning has a code that stays the same from version to version:
+
+```
+{example}
+```
+
+All that can be found in one go are listed, by place. Errors (E) end the run with exit status 2, or 1 where
+the problem is valid but no plan meets it (marked below); warnings (W) do not.
+
+This page is written by `python docs/generate.py` from `cordicc/codes.py`.
+"""
+
+
+def diagnostics_page() -> str:
+    """Return the reference of all codes, by hundreds."""
+    parts = [_HEAD.format(example=_example())]
+    for digit, title in _GROUPS.items():
+        parts.append(f"\n## {title}\n\n| code | meaning | what to do |\n|---|---|---|\n")
+        codes = sorted((code for code in CODES if code[1] == digit), key=lambda code: (code[0], code))
+        parts += [f"| {_marked(code)} | {_plain(CODES[code])} | {_plain(HELP[code])} |\n" for code in codes]
+    return "".join(parts)
+
+
+def _marked(code: str) -> str:
+    return f"{code}, exit 1" if code in UNATTAINABLE else code
+
+
+def _plain(text: str) -> str:
+    """Return a text of which Markdown takes no character for markup."""
+    return re.sub(r"([*_<>\[\]`|])", r"\\\1", text)
+
+
+def _example() -> str:
+    try:
+        parse_problem(Source("arm.yaml", _EXAMPLE))
+    except InvalidInput as error:
+        return str(error)
+    raise AssertionError("the example has no mistake")
+
+
+def files() -> dict[Path, str]:
+    """Return the texts of everything that is generated, by path."""
+    return {DOCS / "diagnostics.md": diagnostics_page()}
+
+
+def main() -> None:
+    """Write what differs."""
+    for path, text in files().items():
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+            print(f"wrote {path.relative_to(ROOT)}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

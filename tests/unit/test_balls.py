@@ -1,0 +1,134 @@
+"""Evaluation in balls: what it decides is what rounded numbers say, and it decides nothing at an edge."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cordicc.checks import input_samples
+from cordicc.frontend.load import load_problem
+from cordicc.ir import balls, reference
+from cordicc.ir.graph import Builder, Graph
+from cordicc.ir.ops import OPS, Level
+
+from .test_reference import CASES
+
+ROOT = Path(__file__).resolve().parents[2]
+PROBLEMS = sorted((ROOT / "examples").glob("*.yaml"))
+
+
+def rounded(graph: Graph, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    count = len(next(iter(inputs.values())))
+    results = np.full((len(graph.outputs), count), np.nan)
+    reference._evaluate_rounded(graph, inputs, list(range(count)), False, results)
+    return results
+
+
+def graph_of(op: str, *params: object) -> Graph:
+    builder = Builder()
+    operands = [builder.input(f"x{i}") for i in range(OPS[op].arity)]
+    return builder.build({"out": builder.emit(op, operands, params)})
+
+
+@pytest.mark.parametrize(("op", "params"), CASES)
+def test_the_same_doubles(op: str, params: tuple) -> None:
+    """Bit for bit, over several magnitudes; most samples inside the domain are decided."""
+    generator = np.random.default_rng(3)
+    graph = graph_of(op, *params)
+    names = [f"x{i}" for i in range(OPS[op].arity)]
+    for scale in (0.9, 4.0, 1e-3, 1e3):
+        inputs = {name: generator.uniform(-scale, scale, 200) for name in names}
+        results, decided = balls.evaluate(graph, inputs, 200)
+        expected = rounded(graph, inputs)
+        assert np.array_equal(results[:, decided], expected[:, decided])
+        assert not np.isnan(expected[:, decided]).any()
+        assert np.isnan(results[:, ~decided]).all()
+        if scale == 0.9 and not np.isnan(expected).any():
+            assert decided.mean() > 0.95
+
+
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda p: p.stem)
+def test_examples(path: Path) -> None:
+    problem = load_problem(path).problem
+    inputs = input_samples(problem, 100)
+    count = len(next(iter(inputs.values())))
+    results, decided = balls.evaluate(problem.graph, inputs, count)
+    assert np.array_equal(results[:, decided], rounded(problem.graph, inputs)[:, decided])
+    assert decided.mean() > 0.9
+
+
+EDGES = {
+    "sqrt": (-1.0, -1e-300),
+    "acos": (1.5, np.nextafter(1.0, 2.0)),
+    "acosh": (0.5,),
+    "atanh": (1.0, -1.0, 2.0),
+    "log": (0.0, -1.0),
+    "exp": (1e6, 1e300),
+    "cosh": (1e6,),
+    "wrap": (np.inf, np.nan),
+}
+
+
+@pytest.mark.parametrize("op", EDGES)
+def test_leaves_edges_and_huge_numbers_open(op: str) -> None:
+    column = np.array(EDGES[op])
+    results, decided = balls.evaluate(graph_of(op), {"x0": column}, len(column))
+    assert not decided.any()
+    assert np.isnan(results).all()
+
+
+def test_leaves_no_angle_and_poles_open() -> None:
+    zero = {"x0": np.zeros(1), "x1": np.zeros(1)}
+    for op in ("atan2", "div"):
+        assert not balls.evaluate(graph_of(op), zero, 1)[1].any()
+    for params in ((1, "+"), (-1, "none")):
+        point = {"x0": np.zeros(1), "x1": np.zeros(1), "x2": np.ones(1)}
+        assert not balls.evaluate(graph_of("solve", *params), point, 1)[1].any()
+
+
+def test_leaves_differences_of_equals_open() -> None:
+    """1/3 + 1/3 - 2/3 is zero, but no ball can know it; its sign decides nothing."""
+    builder = Builder()
+    x = builder.input("x")
+    third = builder.emit("cmul", [x], (Fraction(1, 3),))
+    twice = builder.emit("cmul", [x], (Fraction(2, 3),))
+    rest = builder.emit("sub", [builder.emit("add", [third, third]), twice])
+    graph = builder.build({"out": builder.emit("select", [rest, x, third])})
+    column = {"x": np.array([1.0, 5.0])}
+    _, decided = balls.evaluate(graph, column, 2)
+    assert not decided.any()
+    values, valid = reference.evaluate(graph, column)
+    assert valid.all()
+    assert np.array_equal(values["out"], column["x"])
+
+
+def test_ties() -> None:
+    """No error radius tells on which side of a tie a number is; without a radius, the even double is next."""
+    exact = graph_of("mul")
+    inputs = {"x0": np.array([1 + 2.0**-52, 1 + 3 * 2.0**-52]), "x1": np.array([1.5, 1.5])}
+    results, decided = balls.evaluate(exact, inputs, 2)
+    assert decided.all()
+    assert np.array_equal(results[0], inputs["x0"] * inputs["x1"])
+    builder = Builder()
+    fifth = builder.const(Fraction(1, 5))
+    graph = builder.build({"out": builder.emit("div", [builder.input("x"), fifth])})
+    column = {"x": np.array([1 + 2.0**-51, 1 + 2.0**-52])}
+    assert balls.evaluate(graph, column, 2)[1].tolist() == [False, True]
+    assert reference.evaluate(graph, column)[0]["out"].tolist() == (5 * column["x"]).tolist()
+
+
+def test_gives_up_where_nothing_is_decided() -> None:
+    column = np.full(1000, 2.0)
+    column[500:] = 0.5
+    _, decided = balls.evaluate(graph_of("acos"), {"x0": column}, 1000)
+    assert not decided.any()
+
+
+def test_unit_operations_are_left_to_rounded_numbers() -> None:
+    graph = graph_of("lightcone")
+    assert all(
+        definition.level is Level.UNIT or name in balls._FUNCTIONS or definition.level is Level.LEAF
+        for name, definition in OPS.items()
+    )
+    assert not balls.evaluate(graph, {"x0": np.ones(2), "x1": np.ones(2)}, 2)[1].any()
