@@ -2,21 +2,24 @@
 
 FIFO words are minimised from below: the solver assumes that no value waits, and of each set of values that
 it finds to contradict this, a core, it lets one wait.  That proves more than any other strategy here, but
-has no schedule before the last core; so a large neighbourhood search improves the best one at the same
-time.  Other goals have a good schedule from the heuristics, and strategies that prove by linear
-relaxations and conflicts in turns.
+has no good schedule before the last core; so neighbourhoods improve the best one at the same time.  Other
+goals have a good schedule from the heuristics, and strategies that prove by linear relaxations and
+conflicts in turns.
 
 Everything is deterministic: one configuration, one seed, limits in deterministic time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from threading import Event
 from typing import TYPE_CHECKING
 
-from cordicc.schedule.goals import Goal
+from cordicc.schedule import neighbourhoods
+from cordicc.schedule.goals import Goal, figure
 from cordicc.schedule.network import Network
 from cordicc.schedule.problem import SchedulingProblem
 from cordicc.schedule.program import Program, Space
@@ -29,13 +32,14 @@ _SEARCHES = ("core", "max_lp", "default_lp")
 """Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
 _BRIEF = 1.0
 """Deterministic time up to which several strategies would only prepare to search."""
-_NEIGHBOURHOODS = 0.5
-"""Share of the deterministic time for the neighbourhood search; a unit of it takes longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """Limits of a search: deterministic time, and seconds as the emergency stop; threads do not matter."""
+    """Limits of a search: deterministic time, and seconds as the emergency stop; threads to work in.
+
+    The answer does not depend on the threads.
+    """
 
     deterministic: float
     seconds: float | None = None
@@ -70,33 +74,59 @@ def minimise(
     program = Program(problem, net, space, goal)
     cost = program.cost(goal)
     program.model.add(cost >= floor)
-    for earlier, figure in space.held:
-        program.model.add(program.cost(earlier) <= figure)
+    for earlier, achieved in space.held:
+        program.model.add(program.cost(earlier) <= achieved)
     program.model.minimize(cost)
     if hint is not None:
         program.hint(hint)
+    clock = _Clock(work)
     if goal.words and problem.measure == "entries":
-        return _from_both_sides(program, work, floor)
+        if hint is None:
+            return _answer(program, clock.solver(work.deterministic, ("core",)), clock, floor)
+
+        def improve(proven: Callable[[], bool]) -> Answer:
+            start = neighbourhoods.improved(
+                problem, net, goal, space, hint, work.deterministic, clock.solver, lambda: proven() or clock.over
+            )
+            latency = max(space.latency[0], net.makespan(start))
+            cost = figure(problem, net, goal, start, latency)
+            return Answer(tuple(start), cost, floor, cost == floor, False, clock.over)
+
+        return _from_both_sides(program, clock, floor, improve)
     brief = work.deterministic <= _BRIEF
-    solver = _solver(work, 1 if brief else len(_SEARCHES) + 1, () if brief else _SEARCHES)
+    solver = clock.solver(work.deterministic, () if brief else _SEARCHES)
+    solver.parameters.num_workers = 1 if brief else len(_SEARCHES) + 1
     solver.parameters.interleave_search = True
-    return _answer(program, solver, work, floor)
+    return _answer(program, solver, clock, floor)
 
 
-def _solver(work: Work, workers: int, searches: Sequence[str], share: float = 1.0) -> cp_model.CpSolver:
-    from ortools.sat.python import cp_model
+class _Clock:
+    """The limits of a search, and the solvers that keep them."""
 
-    solver = cp_model.CpSolver()
-    solver.parameters.random_seed = _SEED
-    solver.parameters.num_workers = workers
-    solver.parameters.subsolvers.extend(searches)
-    solver.parameters.max_deterministic_time = work.deterministic * share
-    if work.seconds is not None:
-        solver.parameters.max_time_in_seconds = work.seconds
-    return solver
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self._end = None if work.seconds is None else time.monotonic() + work.seconds
+
+    @property
+    def over(self) -> bool:
+        """Whether the emergency stop struck."""
+        return self._end is not None and time.monotonic() >= self._end
+
+    def solver(self, deterministic: float, searches: Sequence[str] = ()) -> cp_model.CpSolver:
+        """Return a solver for one worker with a limit in deterministic time."""
+        from ortools.sat.python import cp_model
+
+        solver = cp_model.CpSolver()
+        solver.parameters.random_seed = _SEED
+        solver.parameters.num_workers = 1
+        solver.parameters.subsolvers.extend(searches)
+        solver.parameters.max_deterministic_time = deterministic
+        if self._end is not None:
+            solver.parameters.max_time_in_seconds = max(0.01, self._end - time.monotonic())
+        return solver
 
 
-def _answer(program: Program, solver: cp_model.CpSolver, work: Work, floor: int) -> Answer:
+def _answer(program: Program, solver: cp_model.CpSolver, clock: _Clock, floor: int) -> Answer:
     from ortools.sat.python import cp_model
 
     status = solver.solve(program.model)
@@ -109,40 +139,32 @@ def _answer(program: Program, solver: cp_model.CpSolver, work: Work, floor: int)
         bound=max(floor, -int(-solver.best_objective_bound // 1)) if status != cp_model.INFEASIBLE else floor,
         proven=proven,
         infeasible=status == cp_model.INFEASIBLE,
-        struck=not proven and work.seconds is not None and solver.wall_time >= work.seconds,
+        struck=not proven and clock.over,
     )
 
 
-def _from_both_sides(program: Program, work: Work, floor: int) -> Answer:
-    """Return what the cores prove, with the better schedule of the two searches if that is not all.
+def _from_both_sides(
+    program: Program, clock: _Clock, floor: int, improve: Callable[[Callable[[], bool]], Answer]
+) -> Answer:
+    """Return what the cores prove, with the better schedule of both searches if that is not all.
 
-    A proof stops the other search, whose result it makes needless: so the answer does not depend on
-    which of them is ahead, nor on the number of threads.
+    A proof ends the other search, whose result it makes needless: so the answer does not depend on which
+    of them is ahead.
     """
-    below = _solver(work, 1, ["core"])
-    above = _solver(work, 1, (), _NEIGHBOURHOODS)
-    above.parameters.use_lns_only = True
-    above.parameters.interleave_search = True
+    proven = Event()
 
     def prove() -> Answer:
-        answer = _answer(program, below, work, floor)
+        answer = _answer(program, clock.solver(clock.work.deterministic, ("core",)), clock, floor)
         if answer.proven:
-            above.stop_search()
+            proven.set()
         return answer
 
-    with ThreadPoolExecutor(work.threads) as pool:
+    with ThreadPoolExecutor(clock.work.threads) as pool:
         proof = pool.submit(prove)
-        if work.threads == 1 and proof.result().proven:
-            return proof.result()
-        other = pool.submit(_answer, program, above, work, floor)
-        proved, improved = proof.result(), other.result()
-    if proved.proven:
-        return proved
-    best = min((each for each in (improved, proved) if each.start is not None), key=_cost, default=proved)
-    bound = max(proved.bound, improved.bound)
-    struck = proved.struck or improved.struck
-    return replace(best, bound=bound, proven=best.start is not None and best.cost == bound, struck=struck)
-
-
-def _cost(answer: Answer) -> int:
-    return answer.cost
+        better = pool.submit(improve, proven.is_set)
+        below, above = proof.result(), better.result()
+    if below.proven:
+        return below
+    best = below if below.start is not None and below.cost < above.cost else above
+    bound = max(below.bound, floor)
+    return replace(best, bound=bound, proven=best.cost == bound, struck=below.struck or above.struck)

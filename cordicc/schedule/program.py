@@ -9,13 +9,13 @@ interchangeable by construction; of schedules that symmetries turn into one anot
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from cordicc.schedule.goals import Goal
 from cordicc.schedule.network import Network
 from cordicc.schedule.problem import SchedulingProblem
-from cordicc.schedule.symmetry import exchanges, least
+from cordicc.schedule.symmetry import Exchange, exchanges, least
 from cordicc.schedule.words import Words
 
 if TYPE_CHECKING:
@@ -30,7 +30,8 @@ _MOST_SLOTS = 20_000
 class Space:
     """Where to search: windows of starts, latencies, units of each kind (least, most), earlier goals.
 
-    `units` has the kinds that are counted; the network's other kinds have as many as they take.
+    `units` has the kinds that are counted; the network's other kinds have as many as they take.  `taken`:
+    units of a kind that are not to be had, by slot, because operations outside the problem use them.
     """
 
     head: Sequence[int]
@@ -38,6 +39,7 @@ class Space:
     latency: tuple[int, int]
     units: Mapping[str, tuple[int, int]]
     held: Sequence[tuple[Goal, int]] = ()
+    taken: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
     def first(self, index: int) -> int:
         """Return the earliest start of an operation."""
@@ -49,12 +51,18 @@ class Space:
 
 
 class Program:
-    """The constraint program of a problem in a space, as far as FIFO words do not matter."""
+    """The constraint program of a problem in a space, as far as FIFO words do not matter.
 
-    def __init__(self, problem: SchedulingProblem, net: Network, space: Space, goal: Goal) -> None:
+    A lean one leaves out what costs more time to find than it saves in a small space.
+    """
+
+    def __init__(
+        self, problem: SchedulingProblem, net: Network, space: Space, goal: Goal, *, lean: bool = False
+    ) -> None:
         from ortools.sat.python import cp_model
 
         self.problem, self.net, self.space = problem, net, space
+        self.lean = lean
         self.index = {id: index for index, id in enumerate(net.ids)}
         self.members = dict(zip(net.kinds, net.members(), strict=True))
         self.model = model = cp_model.CpModel()
@@ -82,35 +90,43 @@ class Program:
             if kind in space.units:
                 self._share(kind, members, *space.units[kind])
         self._words: Words | None = None
-        self._break_symmetry()
+        self._exchanges: tuple[Exchange, ...] = ()
+        if not lean:
+            self._break_symmetry()
 
     def _share(self, kind: str, members: Sequence[int], fewest: int, most: int) -> None:
         """Keep the operations of a kind within its units, slot by slot."""
         model = self.model
         units = fewest if fewest == most else model.new_int_var(fewest, most, f"units {kind}")
         self.units[kind] = units
-        if fewest >= len(members):
+        if self._suffices(kind):
             return
+        taken = self.space.taken.get(kind, [0] * self.net.interval)
         slots = [self._slot(index) for index in members]
         starts = [self.start[index] for index in members]
         if self.at:
             for place in range(self.net.interval):
-                model.add(sum(self.at[index][place] for index in members) <= units)
-        elif most == 1:
-            model.add_all_different(slots)
-        if most == 1:
-            model.add_all_different(starts)
-            return
-        for times in (starts,) if self.at else (slots, starts):
-            pieces = [model.new_fixed_size_interval_var(time, 1, "") for time in times]
-            model.add_cumulative(pieces, [1] * len(pieces), units)
+                model.add(sum(self.at[index][place] for index in members) <= units - taken[place])
+        else:
+            at_most(model, slots, units, [(place, count) for place, count in enumerate(taken) if count])
+        at_most(model, starts, units, [])
+
+    def _suffices(self, kind: str) -> bool:
+        """Tell whether the operations of a kind have a unit each, whatever their slots."""
+        fewest, _ = self.space.units[kind]
+        return kind not in self.space.taken and fewest >= len(self.members[kind])
 
     def _add_slots(self) -> None:
         """Add a literal for each slot of each operation, if they are not too many."""
         model, interval = self.model, self.net.interval
         if len(self.net.ids) * interval > _MOST_SLOTS:
             return
+        no, yes = model.new_constant(0), model.new_constant(1)
         for index, id in enumerate(self.net.ids):
+            first = self.space.first(index)
+            if first == self.space.last(index):
+                self.at[index] = [yes if place == first % interval else no for place in range(interval)]
+                continue
             slot = self._slot(index)
             self.at[index] = [model.new_bool_var(f"{id} at {place}") for place in range(interval)]
             model.add_exactly_one(self.at[index])
@@ -133,7 +149,7 @@ class Program:
     def is_free(self, index: int) -> bool:
         """Tell whether an operation has a unit to itself, whatever its slot."""
         kind = self.kind(index)
-        return kind not in self.space.units or self.space.units[kind][0] >= len(self.members[kind])
+        return kind not in self.space.units or self._suffices(kind)
 
     def kind(self, index: int) -> str:
         """Return the kind of an operation."""
@@ -145,11 +161,14 @@ class Program:
 
     def _break_symmetry(self) -> None:
         """Keep the least of the schedules that exchanges of operations turn into one another."""
+        space = self.space
         self._exchanges = exchanges(
             self.problem,
             self.net,
             # Operations that have units to themselves need not be of one kind.
-            lambda index: None if self.is_free(index) else self.kind(index),
+            lambda index: (
+                None if self.is_free(index) else self.kind(index), space.head[index], space.tail[index]
+            ),
             lambda value: self._weight[value.name],
         )
         for exchange in self._exchanges:
@@ -183,3 +202,15 @@ class Program:
             return
         for variable, number in zip([*self.start, self.latency], [*now, latency], strict=True):
             self.model.add_hint(variable, number)
+
+
+def at_most(
+    model: cp_model.CpModel, times: Sequence[Any], units: Any, taken: Sequence[tuple[int, int]]
+) -> None:
+    """Keep the operations of each cycle, or slot, within the units, some of which are taken by then."""
+    if units == 1 and not taken:
+        model.add_all_different(times)
+        return
+    pieces = [model.new_fixed_size_interval_var(time, 1, "") for time in times]
+    pieces += [model.new_fixed_size_interval_var(place, 1, "") for place, _ in taken]
+    model.add_cumulative(pieces, [1] * len(times) + [count for _, count in taken], units)

@@ -127,7 +127,7 @@ class Words:
 
     def _cut_paths(self) -> None:
         """Add the cuts on entries that the longest ways give, if the latency is known."""
-        if self._fixed is None or len(self._net.ids) > MOST_OPERATIONS:
+        if self._program.lean or self._fixed is None or len(self._net.ids) > MOST_OPERATIONS:
             return
         self._ways = longest_ways(self._net, self._space.head, self._space.tail, self._fixed)
         for taps, entries in path_cuts(self._problem, self._net, self._ways):
@@ -234,7 +234,8 @@ class Words:
                 results.setdefault(value.producer, []).append(value)
         for index, id in enumerate(self._net.ids):
             taken, made = inputs.get(id, []), results.get(id, [])
-            if not taken or not self._program.is_free(index) or len(made) > 1:
+            fixed = self._space.first(index) == self._space.last(index)
+            if not taken or fixed or not self._program.is_free(index) or len(made) > 1:
                 continue
             if all(len(value.takers()) == 1 and self._saves(value, made) for value in taken):
                 self._early[index] = [self._producer(value) for value in taken]
