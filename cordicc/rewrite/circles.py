@@ -94,11 +94,11 @@ def _circle(
         elif sign < 0:
             factor = factor * -1
         A, B, C = A / factor, B / factor, C / factor
-    if any(field.least_terms(poly) > LOOKUP_TERMS for poly in (A, B, C)):
+    if any(field.half_angles.least_terms(poly) > LOOKUP_TERMS for poly in (A, B, C)):
         return None
     # Degrees of A, B and C in a tangent t decide the power of 1 + t^2 > 0 they are divided by.
     highest = [max(p.degrees()[i] for p in (A, B, C)) for i in range(len(A.degrees()))]
-    shown = field.displays([A, B, C], field.half_degree(highest))
+    shown = field.half_angles.displays([A, B, C], field.half_angles.half_degree(highest))
     if shown is None:
         return None
     A, B, C = shown

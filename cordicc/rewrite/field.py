@@ -20,6 +20,7 @@ from typing import Any
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from cordicc.rewrite.denominators import Denominators, Powers
+from cordicc.rewrite.half_angles import HalfAngles
 from cordicc.rewrite.roots import square_root_of
 
 Poly = Any
@@ -100,7 +101,7 @@ class Field:
         self._pairs_left = list(range(roots + pairs - 1, roots - 1, -1))
         self._free_left = list(range(roots + pairs, roots + pairs + free))
         self._relations: dict[int, Poly] = {}
-        self._tangents: dict[int, tuple[int, int, int]] = {}
+        self.half_angles = HalfAngles(self.context)
         self._facts: dict[int, str] = {}
         self.touched: set[str] = set()
         self.definite: dict[str, int] = {}
@@ -109,6 +110,7 @@ class Field:
         self.zero = self.context.constant(0)
         self._nothing = Element(self.zero, self.one)
         self._denominators = Denominators(self.one, self._multiplied)
+        self._displayed: dict[str, Poly | None] = {}
         self._factored: dict[str, tuple[Any, list[tuple[Poly, int]]]] = {}
 
     def generator(self, index: int) -> Poly:
@@ -131,7 +133,7 @@ class Field:
             raise TooLarge
         tangent, cosine, sine = self.free(), self.free(), self._pairs_left.pop(0)
         self._relations[sine] = self._gens[sine] ** 2 - m * (1 - self._gens[cosine] ** 2)
-        self._tangents[tangent] = cosine, sine, m
+        self.half_angles.add(tangent, cosine, sine, m)
         t = self._gens[tangent]
         below = 1 + m * t**2
         # A hyperbolic tangent is less than 1, so 1 - t^2, 1 - t and 1 + t are positive.
@@ -140,65 +142,11 @@ class Field:
 
     def display(self, element: Element) -> Poly | None:
         """Return an element as a polynomial in cosines and sines, None if it has other denominators."""
-        polys = self.displays([element.num], element.den)
-        return None if polys is None else polys[0]
-
-    def displays(self, polys: list[Poly], den: Poly) -> list[Poly] | None:
-        """Return p/den in cosines and sines, den a product of powers of 1 + t^2 and a constant."""
-        degrees = [p.degrees() for p in (den, *polys)]
-        for tangent in [i for i in self._tangents if any(each[i] for each in degrees)]:
-            m = self._tangents[tangent][2]
-            below = 1 + m * self._gens[tangent] ** 2
-            if m == -1:
-                polys, den = self._completed(polys, den, self._gens[tangent])
-            power = 0
-            while den.degrees()[tangent]:
-                if not (den % below).is_zero():
-                    return None
-                den, power = den / below, power + 1
-            if any(p.degrees()[tangent] > 2 * power for p in polys):
-                return None
-            polys = [self._half_angles(p, tangent, power) for p in polys]
-        return [p / den.leading_coefficient() for p in polys] if den.is_constant() else None
-
-    @staticmethod
-    def _completed(polys: list[Poly], den: Poly, t: Poly) -> tuple[list[Poly], Poly]:
-        """Give a denominator as many factors 1 + t as it has of t - 1, and the other way round."""
-        counts = []
-        for factor in (t - 1, t + 1):
-            count, rest = 0, den
-            while (rest % factor).is_zero():
-                rest, count = rest / factor, count + 1
-            counts.append(count)
-        most = max(counts)
-        missing = (t - 1) ** (most - counts[0]) * (t + 1) ** (most - counts[1])
-        return [p * missing for p in polys], den * missing
-
-    def half_degree(self, degrees: Sequence[int]) -> Poly:
-        """Return the product of powers of 1 + t^2 that polynomials of some degrees are divided by."""
-        product = self.one
-        for tangent, (_, _, m) in self._tangents.items():
-            product = product * (1 + m * self._gens[tangent] ** 2) ** ((degrees[tangent] + 1) // 2)
-        return product
-
-    def _half_angles(self, poly: Poly, tangent: int, power: int) -> Poly:
-        """Return poly/(1 + m t^2)^power: with C, S of half the angle t^j is C^(2 power - j) S^j."""
-        cosine, sine, m = self._tangents[tangent]
-        c, s = self._gens[cosine], self._gens[sine]
-        parts: dict[int, dict[Any, Any]] = {}
-        for powers, factor in poly.terms():
-            j = powers[tangent]
-            parts.setdefault(j, {})[(*powers[:tangent], 0, *powers[tangent + 1 :])] = factor
-        total = self.zero
-        half = fmpq(1, 2)
-        for j, terms in parts.items():
-            odd = j % 2
-            turned = ((1 + c) * half) ** ((2 * power - j - odd) // 2) * ((1 - c) * half * m) ** (
-                (j - odd) // 2
-            )
-            turned = turned * (s * half) if odd else turned
-            total = total + self.reduce(self.context.from_dict(terms) * turned)
-        return total
+        key = element.key
+        if key not in self._displayed:
+            polys = self.half_angles.displays([element.num], element.den)
+            self._displayed[key] = None if polys is None else polys[0]
+        return self._displayed[key]
 
     def relate(self, poly: Poly, fact: str = "") -> bool:
         """Take a polynomial for 0 if its leading term is a square of one free generator; tell whether.
@@ -362,15 +310,6 @@ class Field:
         if text not in self._factored:
             self._factored[text] = poly.factor()
         return self._factored[text]
-
-    def least_terms(self, poly: Poly) -> int:
-        """Return a number of terms that a polynomial has at the least when it is displayed.
-
-        Displaying changes the tangents alone: there are no fewer terms than without them.
-        """
-        degrees = poly.degrees()
-        tangents = {str(self._gens[i]): 5 + 2 * i for i in self._tangents if degrees[i]}
-        return len(poly.subs(tangents)) if tangents else len(poly)
 
     def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
         """Return (p, q) with poly = p + q g for a generator g of a relation."""

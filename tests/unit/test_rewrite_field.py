@@ -117,3 +117,63 @@ def test_monic() -> None:
     factor, base = monic(f.add(f.scale(Fraction(-3), x), y).num)
     assert factor == -3
     assert base.leading_coefficient() == 1
+
+
+def parts(f: Field) -> list[Element]:
+    """Return numbers, generators, a root and the cosine and sine of an angle."""
+    x, y = (Element(f.generator(f.free()), f.one) for _ in range(2))
+    root = f.root(f.add(f.mul(x, x), f.mul(y, y)).num)
+    *_, cosine, sine = f.pair(1)
+    return [f.number(Fraction(2, 3)), f.number(Fraction(-1)), x, y, root, cosine, sine]
+
+
+STEPS = st.lists(st.tuples(st.sampled_from("+-*/"), st.integers(0, 6)), min_size=1, max_size=7)
+
+
+@given(STEPS)
+@settings(max_examples=60, deadline=None)
+def test_elements_stay_in_lowest_terms(steps: list[tuple[str, int]]) -> None:
+    f = Field(6, 3, 3)
+    known = parts(f)
+    element = known[2]
+    for op, index in steps:
+        try:
+            element = {"+": f.add, "-": f.sub, "*": f.mul, "/": f.div}[op](element, known[index])
+        except ZeroDivisionError:
+            continue
+        assert element.num.gcd(element.den).is_one() or element.is_zero
+        assert element.den.leading_coefficient() == 1
+        assert f.fraction(element.den, f.one).powers == ()
+        assert f.fraction(f.one, element.den).powers == element.powers
+        assert all(power <= 1 for power, _ in zip(element.num.degrees(), range(6), strict=False))
+
+
+@given(STEPS)
+@settings(max_examples=60, deadline=None)
+def test_the_least_number_of_displayed_terms(steps: list[tuple[str, int]]) -> None:
+    f = Field(6, 3, 3)
+    known = parts(f)
+    element = known[2]
+    for op, index in steps:
+        element = {"+": f.add, "-": f.sub, "*": f.mul, "/": f.mul}[op](element, known[index])
+        shown = f.display(element)
+        if shown is not None:
+            assert f.half_angles.least_terms(element.num) <= len(shown)
+            assert f.display(element) is shown
+
+
+def test_a_long_denominator_is_given_up() -> None:
+    f = Field(12, 0, 0)
+    total = f.number(Fraction(1))
+    for index in range(10):
+        each = Element(f.generator(f.free()), f.one)
+        total = f.mul(total, f.add(each, f.number(Fraction(index + 1))))
+    assert len(total.num) == 1024
+    with pytest.raises(TooLarge):
+        f.inverse(total)
+
+
+def test_no_relation_for_what_a_denominator_holds() -> None:
+    f, x, y = field()
+    f.inverse(f.add(x, y))
+    assert not f.relate(f.sub(f.mul(x, x), f.number(Fraction(2))).num)
