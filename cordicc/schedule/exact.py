@@ -86,7 +86,14 @@ def minimise(
 
         def improve(proven: Callable[[], bool]) -> Answer:
             start = neighbourhoods.improved(
-                problem, net, goal, space, hint, work.deterministic, clock.solver, lambda: proven() or clock.over
+                problem,
+                net,
+                goal,
+                space,
+                hint,
+                work.deterministic,
+                clock.solver,
+                lambda: proven() or clock.over,
             )
             latency = max(space.latency[0], net.makespan(start))
             cost = figure(problem, net, goal, start, latency)

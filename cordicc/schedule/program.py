@@ -167,7 +167,9 @@ class Program:
             self.net,
             # Operations that have units to themselves need not be of one kind.
             lambda index: (
-                None if self.is_free(index) else self.kind(index), space.head[index], space.tail[index]
+                None if self.is_free(index) else self.kind(index),
+                space.head[index],
+                space.tail[index],
             ),
             lambda value: self._weight[value.name],
         )

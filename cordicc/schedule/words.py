@@ -215,7 +215,8 @@ class Words:
             return False
         # Operations of one unit start, and if they take equally long end, in different slots.
         return (
-            self._program.most_units(self._program.kind(a)) == 1 and self._net.latency[a] == self._net.latency[b]
+            self._program.most_units(self._program.kind(a)) == 1
+            and self._net.latency[a] == self._net.latency[b]
         )
 
     def _start_early(self) -> None:
