@@ -41,6 +41,7 @@ from cordicc.targets.sized import most_guard_bits
 from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
 
 if TYPE_CHECKING:
+    from cordicc.backends.diagram import Diagram
     from cordicc.backends.report import Explored
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
@@ -221,22 +222,23 @@ def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
     from cordicc.backends import datapath, schedule_chart, script
 
+    drawn = datapath.diagram(plan)
     texts = (
         dump(plan),
-        report_page(plan),
-        datapath.render(plan),
+        report_page(plan, drawn=drawn),
+        datapath.render(plan, drawn),
         schedule_chart.render(plan),
         script.render(plan),
     )
     return dict(zip(ARTEFACTS, texts, strict=True))
 
 
-def report_page(plan: Plan, explored: Explored | None = None) -> str:
+def report_page(plan: Plan, explored: Explored | None = None, drawn: Diagram | None = None) -> str:
     """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
     from cordicc.backends import report
     from cordicc.typesetting import typeset
 
-    return report.render(plan, typeset, explored)
+    return report.render(plan, typeset, explored, drawn)
 
 
 def picture(plan: Plan, view: str, width: float | None = None) -> str:
@@ -245,7 +247,11 @@ def picture(plan: Plan, view: str, width: float | None = None) -> str:
 
     if view == "schedule":
         return schedule_chart.render(plan)
-    return datapath.render(plan, width) if view == "datapath" else graph_view.render(plan, width)
+    return (
+        datapath.render(plan, datapath.diagram(plan, width))
+        if view == "datapath"
+        else graph_view.render(plan, width)
+    )
 
 
 def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from flint import arb
@@ -38,7 +39,14 @@ from cordicc.arith.interval_arithmetic import (
 
 _HALF_PI_UP = PI_UP / 2
 
+_NEAR, _CLEAR = 1e5, 1e-9
+"""An angle is near, and its number of half turns clearly no integer."""
 
+_EXPONENTS = 1000
+"""Powers of two to less than this are floats."""
+
+
+@lru_cache(maxsize=4096)
 def constant(value: Fraction | int | str) -> Interval:
     """Enclose a rational."""
     number = Fraction(value)
@@ -50,8 +58,11 @@ def _scaled(factor: Fraction | str, a: Interval) -> Interval:
 
 
 def _shift(exponent: int, a: Interval) -> Interval:
-    factor = arb(2) ** int(exponent)
-    return monotone(lambda t: t * factor, a)
+    if abs(int(exponent)) < _EXPONENTS:
+        factor = math.ldexp(1.0, int(exponent))
+        return mul(Interval(factor, factor), a)
+    power = arb(2) ** int(exponent)
+    return monotone(lambda t: t * power, a)
 
 
 def _sign(a: Interval) -> Interval:
@@ -111,24 +122,37 @@ def _power(exponent: Fraction | int | str, a: Interval) -> Result:
     return None if root is None else integer_power(root, power.numerator)
 
 
+def _half_turns(a: Interval, offset: float) -> tuple[int, int]:
+    """Return the first and the last integer that a/pi - offset, of finite a, may hold."""
+
+    def rounded(number: float, end: int, to_integer: Callable[[float], int]) -> int:
+        near = number / math.pi - offset
+        if abs(number) < _NEAR and abs(near - round(near)) > _CLEAR:
+            return to_integer(near)  # no rounding error reaches an integer
+        return to_integer(point(lambda t: t / arb.pi() - offset, number)[end])
+
+    return rounded(a.lo, 0, math.ceil), rounded(a.hi, 1, math.floor)
+
+
 def _holds_parity(a: Interval, offset: float, parity: int | None) -> bool:
     """Whether a/pi - offset may hold an integer, of that parity if one is given."""
     if math.isinf(a.lo) or math.isinf(a.hi):
         return True
-    lo = point(lambda t: t / arb.pi() - offset, a.lo)[0]
-    hi = point(lambda t: t / arb.pi() - offset, a.hi)[1]
-    first = math.ceil(lo)
+    first, last = _half_turns(a, offset)
     if parity is not None and (first - parity) % 2:
         first += 1
-    return first <= hi
+    return first <= last
 
 
 def _wave(function: Callable[[Any], Any], offset: float, a: Interval) -> Interval:
     """Enclose sine or cosine, with maxima at (offset + 2 k) pi and minima at (offset + 2 k + 1) pi."""
-    top, bottom = _holds_parity(a, offset, 0), _holds_parity(a, offset, 1)
-    if top and bottom:
+    if math.isinf(a.lo) or math.isinf(a.hi):
+        return UNIT
+    first, last = _half_turns(a, offset)
+    if first < last:
         return UNIT
     ends = enclose([point(function, a.lo), point(function, a.hi)])
+    top, bottom = (first == last and first % 2 == parity for parity in (0, 1))
     return Interval(-1.0 if bottom else max(-1.0, ends.lo), 1.0 if top else min(1.0, ends.hi))
 
 

@@ -1,7 +1,10 @@
 """Closed intervals on floats, with end points rounded outwards.
 
-Points are evaluated by ball arithmetic (Arb) at `PRECISION_BITS`, so an enclosure is rigorous; ranges of
-functions follow from their monotone pieces, so they are tight.
+Sums, products, quotients and roots of floats far from overflow and underflow come with their exact error
+(T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18, 1971),
+whose sign tells which way they were rounded.  Other points are evaluated by ball arithmetic (Arb) at
+`PRECISION_BITS`.  So an enclosure is rigorous; ranges of functions follow from their monotone pieces, so
+they are tight.
 """
 
 from __future__ import annotations
@@ -65,6 +68,13 @@ TURN = Interval(-2 * PI_UP, 2 * PI_UP)
 
 def outward(ball: Any) -> tuple[float, float]:
     """Return floats below and above a ball."""
+    if ball.is_finite():
+        number = float(ball)
+        near = arb(number)
+        lo = number if near <= ball else math.nextafter(number, -INF)
+        hi = number if near >= ball else math.nextafter(number, INF)
+        if arb(lo) <= ball <= arb(hi):  # proven: the ball is no wider than the floats around its middle
+            return lo, hi
     return _down(ball), _up(ball)
 
 
@@ -88,6 +98,68 @@ def point(function: Callable[..., Any], *numbers: float) -> tuple[float, float]:
         return outward(function(*(arb(number) for number in numbers)))
 
 
+_SMALL, _LARGE = 2.0**-400, 2.0**400
+"""Between them no product, quotient or root of two floats loses its error."""
+
+_SPLIT = 2.0**27 + 1
+
+
+def _around(number: float, error: float) -> tuple[float, float]:
+    """Return the floats below and above number + error, an error of less than a last place."""
+    if error > 0:
+        return number, math.nextafter(number, INF)
+    return (math.nextafter(number, -INF), number) if error < 0 else (number, number)
+
+
+def _product_error(p: float, q: float, product: float) -> float:
+    """Return p q - product exactly, for the rounded product."""
+    p_high = p * _SPLIT - (p * _SPLIT - p)
+    q_high = q * _SPLIT - (q * _SPLIT - q)
+    p_low, q_low = p - p_high, q - q_high
+    return ((p_high * q_high - product) + p_high * q_low + p_low * q_high) + p_low * q_low
+
+
+def sum_of(p: float, q: float) -> tuple[float, float]:
+    """Return floats below and above p + q, both finite."""
+    total = p + q + 0.0  # no -0
+    if not abs(total) < _LARGE:
+        return point(lambda s, t: s + t, p, q)
+    part = total - p
+    return _around(total, (p - (total - part)) + (q - part))
+
+
+def product_of(p: float, q: float) -> tuple[float, float]:
+    """Return floats below and above p q, both finite."""
+    if p == 0 or q == 0:
+        return 0.0, 0.0
+    if not (_SMALL < abs(p) < _LARGE and _SMALL < abs(q) < _LARGE):
+        return point(lambda s, t: s * t, p, q)
+    return _around(p * q, _product_error(p, q, p * q))
+
+
+def quotient_of(p: float, q: float) -> tuple[float, float]:
+    """Return floats below and above p / q, both finite, q not 0."""
+    if p == 0:
+        return 0.0, 0.0
+    if not (_SMALL < abs(p) < _LARGE and _SMALL < abs(q) < _LARGE):
+        return point(lambda s, t: s / t, p, q)
+    quotient = p / q
+    product = quotient * q
+    rest = (p - product) - _product_error(quotient, q, product)
+    return _around(quotient, rest if q > 0 else -rest)
+
+
+def root_of(p: float) -> tuple[float, float]:
+    """Return floats below and above the root of a number >= 0."""
+    if p == 0:
+        return 0.0, 0.0
+    if not _SMALL < p < _LARGE:
+        return point(lambda t: t.sqrt(), p)
+    root = math.sqrt(p)
+    product = root * root
+    return _around(root, (p - product) - _product_error(root, root, product))
+
+
 def enclose(pairs: Sequence[tuple[float, float]]) -> Interval:
     """Return the interval around several enclosures of points."""
     return Interval(min(p[0] for p in pairs), max(p[1] for p in pairs))
@@ -107,8 +179,8 @@ def monotone(function: Callable[[Any], Any], a: Interval, low: float = -INF, hig
 
 def add(a: Interval, b: Interval) -> Interval:
     """Enclose a + b."""
-    lo = -INF if -INF in (a.lo, b.lo) else point(lambda p, q: p + q, a.lo, b.lo)[0]
-    hi = INF if INF in (a.hi, b.hi) else point(lambda p, q: p + q, a.hi, b.hi)[1]
+    lo = -INF if -INF in (a.lo, b.lo) else sum_of(a.lo, b.lo)[0]
+    hi = INF if INF in (a.hi, b.hi) else sum_of(a.hi, b.hi)[1]
     return Interval(lo, hi)
 
 
@@ -119,15 +191,20 @@ def sub(a: Interval, b: Interval) -> Interval:
 
 def mul(a: Interval, b: Interval) -> Interval:
     """Enclose a b; 0 times an unbounded end is 0."""
-    return enclose([_product(p, q) for p in (a.lo, a.hi) for q in (b.lo, b.hi)])
+    pairs = [(p, q) for p in {a.lo, a.hi} for q in {b.lo, b.hi}]
+    rounded = [0.0 if p == 0 or q == 0 else p * q for p, q in pairs]
+    least, most = min(rounded), max(rounded)
+    # Rounding is monotone: an end is the rounded product of ends whose nearest float is outermost.
+    return Interval(
+        min(_product(*pair)[0] for pair, each in zip(pairs, rounded, strict=True) if each == least),
+        max(_product(*pair)[1] for pair, each in zip(pairs, rounded, strict=True) if each == most),
+    )
 
 
 def _product(p: float, q: float) -> tuple[float, float]:
-    if p == 0 or q == 0:
-        return 0.0, 0.0
     if math.isinf(p) or math.isinf(q):
-        return p * q, p * q
-    return point(lambda s, t: s * t, p, q)
+        return (0.0, 0.0) if p == 0 or q == 0 else (p * q, p * q)
+    return product_of(p, q)
 
 
 def reciprocal(a: Interval) -> Result:
@@ -136,8 +213,8 @@ def reciprocal(a: Interval) -> Result:
         return None
     if a.lo < 0 < a.hi:
         return REALS
-    lo = -INF if a.hi == 0 else 0.0 if math.isinf(a.hi) else point(lambda t: 1 / t, a.hi)[0]
-    hi = INF if a.lo == 0 else 0.0 if math.isinf(a.lo) else point(lambda t: 1 / t, a.lo)[1]
+    lo = -INF if a.hi == 0 else 0.0 if math.isinf(a.hi) else quotient_of(1.0, a.hi)[0]
+    hi = INF if a.lo == 0 else 0.0 if math.isinf(a.lo) else quotient_of(1.0, a.lo)[1]
     return Interval(lo, hi)
 
 
@@ -165,7 +242,7 @@ def _quotient(p: float, q: float, divisor: Interval) -> tuple[float, float]:
         return 0.0, 0.0
     if p == 0 or math.isinf(p):
         return p, p
-    return point(lambda s, t: s / t, p, q)
+    return quotient_of(p, q)
 
 
 def absolute(a: Interval) -> Interval:
@@ -189,13 +266,18 @@ def integer_power(a: Interval, exponent: int) -> Result:
 
 def square(a: Interval) -> Interval:
     """Enclose a**2."""
-    return monotone(lambda t: t * t, absolute(a), 0.0)
+    part = absolute(a)
+    return Interval(
+        product_of(part.lo, part.lo)[0], INF if part.hi == INF else product_of(part.hi, part.hi)[1]
+    )
 
 
 def sqrt(a: Interval) -> Result:
     """Enclose the root over the non-negative part of a."""
     part = a.intersect(NON_NEGATIVE)
-    return None if part is None else monotone(lambda t: t.sqrt(), part, 0.0)
+    if part is None:
+        return None
+    return Interval(root_of(part.lo)[0], INF if part.hi == INF else root_of(part.hi)[1])
 
 
 def hypot(a: Interval, b: Interval) -> Interval:

@@ -15,18 +15,18 @@ Slot = tuple[int, int]
 _LATE = 1 << 20
 
 
-def render(plan: Plan, width: float | None = PAGE_WIDTH) -> str:
-    """Return the datapath as SVG, folded into rows of at most `width` pixels; None: in one row."""
-    return frame(plan, "Datapath", "dp", diagram(plan, width))
+def render(plan: Plan, drawn: Diagram | None = None) -> str:
+    """Return the datapath as SVG, as drawn or as wide as a page."""
+    return frame(plan, "Datapath", "dp", drawn or diagram(plan))
 
 
-def pieces(plan: Plan) -> list[str]:
+def pieces(plan: Plan, drawn: Diagram | None = None) -> list[str]:
     """Return the rows of the datapath as pictures without titles, and the legend as the last one."""
-    return rows(plan, "Datapath", "dp", diagram(plan, PAGE_WIDTH))
+    return rows(plan, "Datapath", "dp", drawn or diagram(plan))
 
 
-def diagram(plan: Plan, width: float | None) -> Diagram:
-    """Return the datapath, placed and wired."""
+def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:
+    """Return the datapath, placed and wired, in rows of at most `width` pixels; None: in one row."""
     slots = _slots(plan)
     names = sorted(set(slots.values()))
     wished = {box: names.index(slot) for box, slot in slots.items()}

@@ -26,6 +26,7 @@ from cordicc.backends import (
     wiring,
 )
 from cordicc.backends.about import Cards, math
+from cordicc.backends.diagram import Diagram
 from cordicc.backends.palette import dark_rules
 from cordicc.backends.svg import clean
 from cordicc.plan import Plan
@@ -46,13 +47,16 @@ class Explored:
     marks: Sequence[front.Mark]
 
 
-def render(plan: Plan, typeset: Typesetter, explored: Explored | None = None) -> str:
+def render(
+    plan: Plan, typeset: Typesetter, explored: Explored | None = None, drawn: Diagram | None = None
+) -> str:
     """Return the page.
 
     Args:
         plan: the plan.
         typeset: makes formulas of texts.
         explored: the trade-off of the plan's problem, if it is known.
+        drawn: its datapath as drawn, if it is.
     """
     cards = Cards(plan)
     spans = labels.spans(plan)
@@ -83,7 +87,7 @@ def render(plan: Plan, typeset: Typesetter, explored: Explored | None = None) ->
             target_units=report_tables.target_units(plan),
             cards=cards.all(),
             command=command(plan),
-            datapath=[Markup(picture) for picture in datapath.pieces(plan)],
+            datapath=[Markup(picture) for picture in datapath.pieces(plan, drawn)],
             schedule=Markup(schedule_chart.piece(plan)),
             explored=explored,
             front="" if explored is None else Markup(front.render(explored.title, explored.marks)),

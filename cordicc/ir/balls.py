@@ -1,13 +1,15 @@
 """Evaluation of a graph in balls (Arb): midpoints with proven error radii, for most samples the fastest way.
 
 Every number that goes on has `_GOOD_BITS` certain bits, so that its sign is known, or is exactly zero.
-Whatever the balls leave open (a result that may be outside its domain, a comparison of equals, a number
-that no double holds, a result between two doubles) ends the sample as undecided: the caller evaluates it
-by `cordicc.ir.reference`, whose rounded numbers decide such cases.
+An operation that is certainly outside its domain has no value, nor has what follows from it.  Whatever the
+balls leave open (a result that may be outside its domain, a comparison of equals, a number that no double
+holds, a result between two doubles) ends the sample as undecided: the caller evaluates it by
+`cordicc.ir.reference`, whose rounded numbers decide such cases.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -15,7 +17,7 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from cordicc.ir.graph import Graph
+from cordicc.ir.graph import Graph, Node
 
 _PRECISION = 128
 _GOOD_BITS = 64
@@ -26,6 +28,7 @@ _TRIALS = 64
 
 Ball = Any  # flint.arb
 _ONE, _ZERO = arb(1), arb(0)
+_NO_VALUE = arb("nan")
 
 
 class _Undecided(Exception):
@@ -42,7 +45,7 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tupl
 
     Returns:
         The outputs, float64 of shape (outputs, count), the exact values correctly rounded, and which of the
-        samples are decided, bool of shape (count,).  Every output of a decided sample has a value.
+        samples are decided, bool of shape (count,).  An output of a decided sample that is NaN has no value.
     """
     results = np.full((len(graph.outputs), count), np.nan)
     decided = np.zeros(count, dtype=bool)
@@ -67,27 +70,44 @@ def _compiled(graph: Graph, inputs: Mapping[str, np.ndarray]) -> Callable[[int],
     """Return what evaluates one sample."""
     values: list[Ball] = [None] * len(graph.nodes)
     columns: list[tuple[int, list[float]]] = []
-    program: list[tuple[Callable[..., Ball], list[int], int]] = []
+    program: list[tuple[Callable[..., Ball], list[int], int, Node]] = []
     for index, node in enumerate(graph.nodes):
         if node.op == "input":
             columns.append((index, inputs[str(node.params[0])].tolist()))
         elif node.op == "const":
             values[index] = _rational(Fraction(node.params[0]))
         else:
-            program.append((_FUNCTIONS[node.op](*node.params), [v.node for v in node.operands], index))
+            program.append((_FUNCTIONS[node.op](*node.params), [v.node for v in node.operands], index, node))
     wanted = [value.node for value in graph.outputs.values()]
     value_of = values.__getitem__
 
     def run(sample: int) -> list[float]:
         for at, numbers in columns:
             values[at] = arb(numbers[sample])
-        for function, operands, at in program:
+        for step, (function, operands, at, _) in enumerate(program):
             made = function(*map(value_of, operands))
             # The midpoint of what is not finite, or of what has no value, is none of these either.
             if made.rel_accuracy_bits() < _GOOD_BITS or not -_LARGEST < float(made) < _LARGEST:
-                raise _Undecided
+                return without(step)
             values[at] = made
         return [_rounded(values[at]) for at in wanted]
+
+    def without(start: int) -> list[float]:
+        """Go on from a step without a usable result, leaving out what is certainly undefined."""
+        missing: set[int] = set()
+        for function, operands, at, node in program[start:]:
+            if not missing.isdisjoint(operands):
+                missing.add(at)
+                continue
+            arguments = [values[operand] for operand in operands]
+            made = function(*arguments)
+            if made.rel_accuracy_bits() >= _GOOD_BITS and -_LARGEST < float(made) < _LARGEST:
+                values[at] = made
+            elif node.op in _OUTSIDE and _OUTSIDE[node.op](*node.params)(*arguments):
+                missing.add(at)
+            else:
+                raise _Undecided
+        return [math.nan if at in missing else _rounded(values[at]) for at in wanted]
 
     return run
 
@@ -144,8 +164,7 @@ def _wrap(a: Ball) -> Ball:
 
 
 def _atan2(y: Ball, x: Ball) -> Ball:
-    _defined(not (x.is_zero() and y.is_zero()))
-    return arb.atan2(y, x)
+    return _NO_VALUE if x.is_zero() and y.is_zero() else arb.atan2(y, x)
 
 
 def _hypot(a: Ball, b: Ball) -> Ball:
@@ -178,12 +197,7 @@ def _guard(condition: str) -> Callable[[Ball, Ball], Ball]:
         "nonnegative": lambda s: not _negative(s),
         "positive": lambda s: bool(s > 0),
     }[condition]
-
-    def guard(a: Ball, s: Ball) -> Ball:
-        _defined(holds(s))
-        return a
-
-    return guard
+    return lambda a, s: a if holds(s) else _NO_VALUE
 
 
 def _solve(m: int, branch: str) -> Callable[[Ball, Ball, Ball], Ball]:
@@ -251,3 +265,32 @@ _FUNCTIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
     "solve": _solve,
     "solve_pair": _plain(_solve_pair),
 }
+
+
+def _outside_power(exponent: Fraction) -> Callable[[Ball], bool]:
+    half = Fraction(exponent)
+    if half.denominator == 1:
+        return lambda a: half < 0 and bool(a.is_zero())
+    return lambda a: bool(a < 0) or (half < 0 and bool(a.is_zero()))
+
+
+def _outside_solve(m: int, branch: str) -> Callable[[Ball, Ball, Ball], bool]:
+    if m == 1:
+        return lambda A, B, C: bool(A * A + B * B < C * C)
+    return lambda A, B, C: bool(C * C < B * B - A * A)
+
+
+_OUTSIDE: dict[str, Callable[..., Callable[..., bool]]] = {
+    "sqrt": lambda: lambda a: bool(a < 0),
+    "log": lambda: lambda a: bool(a <= 0),
+    "div": lambda: lambda a, b: bool(b.is_zero()),
+    "atan2": lambda: lambda y, x: bool(x.is_zero() and y.is_zero()),
+    "asin": lambda: lambda a: bool(abs(a) > _ONE),
+    "acos": lambda: lambda a: bool(abs(a) > _ONE),
+    "acosh": lambda: lambda a: bool(a < _ONE),
+    "atanh": lambda: lambda a: bool(abs(a) >= _ONE),
+    "pow": _outside_power,
+    "guard": lambda condition: lambda a, s: True,  # the sign of s is certain
+    "solve": _outside_solve,
+}
+"""Whether operands are certainly outside the domain of an operation that has no usable result."""

@@ -14,6 +14,7 @@ from itertools import combinations
 
 from cordicc.ir.graph import Graph, Value
 from cordicc.rewrite.field import Poly, TooLarge, monic
+from cordicc.rewrite.keys import Key
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.synthesis import Synthesis
 
@@ -45,8 +46,10 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
             continue
         store.begin(store.node(one).origin)
         store.reason = ("half the sum and half the difference of two values, which factor",)
-        for text in {str(base) for factors in parts for base in factors} & set(turns):
-            p, q, op = turns[text]
+        for key in dict.fromkeys(Key(base) for factors in parts for base in factors):
+            if key not in turns:
+                continue
+            p, q, op = turns[key]
             angle = store.make(op, (p, q))[0]
             store.make("rotate", (store.const(1), store.const(0), angle), (1,))
         with suppress(TooLarge):
@@ -55,17 +58,17 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
             store.union(other, store.scale(_HALF, store.make("sub", (total, difference))[0]))
 
 
-def _turns(store: Store) -> dict[str, tuple[Value, Value, str]]:
+def _turns(store: Store) -> dict[Key, tuple[Value, Value, str]]:
     """Return the sums and differences of two angles by their cosine and sine, as displayed and monic."""
     pairs: dict[Value, list[Poly]] = {}
     for index, (angle, m, _) in sorted(store.rotors.turned.items(), key=lambda item: item[1]):
         if m == 1:
             pairs.setdefault(angle, []).append(store.field.generator(index))
-    turns: dict[str, tuple[Value, Value, str]] = {}
+    turns: dict[Key, tuple[Value, Value, str]] = {}
     for (p, (c, s)), (q, (k, t)) in combinations(tuple(pairs.items())[:_ANGLES], 2):
         for op, sine in (("add", t), ("sub", -t)):
             for poly in (c * k - s * sine, s * k + c * sine):
-                turns[str(monic(poly)[1])] = p, q, op
+                turns[Key(monic(poly)[1])] = p, q, op
     return turns
 
 

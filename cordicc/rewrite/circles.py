@@ -15,6 +15,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import LOOKUP_TERMS, Element, Poly, TooLarge, monic
+from cordicc.rewrite.keys import ElementKey
 from cordicc.rewrite.store import Store
 
 _SHORT = 24
@@ -35,7 +36,7 @@ class Circle:
 
 def squared_lengths(store: Store) -> list[Element]:
     """Return the squares of the lengths of the vectors that circular units take, short and not constant."""
-    found: dict[str, Element] = {}
+    found: dict[ElementKey, Element] = {}
     for node in store.algebra.nodes:
         if node.op not in ("vector", "implicit") or node.params[0] != 1:
             continue

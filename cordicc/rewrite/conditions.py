@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from cordicc.ir.graph import Graph, Value
 from cordicc.rewrite.field import Element, Poly, TooLarge, monic
+from cordicc.rewrite.keys import Key
 from cordicc.rewrite.options import Alternatives, Option
 from cordicc.rewrite.store import Store
 
@@ -32,8 +33,8 @@ class Requirement:
 class Facts:
     """What an operation demands: factors that are not 0, and radicands that are not negative."""
 
-    nonzero: frozenset[str] = field(default_factory=frozenset)
-    radicands: frozenset[tuple[bool, frozenset[str]]] = field(default_factory=frozenset)
+    nonzero: frozenset[Key] = field(default_factory=frozenset)
+    radicands: frozenset[tuple[bool, frozenset[Key]]] = field(default_factory=frozenset)
     known: bool = True
 
     def __or__(self, other: Facts) -> Facts:
@@ -42,15 +43,15 @@ class Facts:
         )
 
 
-def factors_of(store: Store, poly: Poly) -> frozenset[str] | None:
+def factors_of(store: Store, poly: Poly) -> frozenset[Key] | None:
     """Return the irreducible factors of a polynomial that is nowhere negative; None if it is too long."""
     if len(poly) > _TERMS:
         return None
-    factors = (str(monic(base)[1]) for base, _ in store.field.factors(poly)[1])
+    factors = (Key(monic(base)[1]) for base, _ in store.field.factors(poly)[1])
     return frozenset(factor for factor in factors if factor not in store.field.definite)
 
 
-def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
+def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[Key]] | None:
     """Return the sign of the constant and the factors that decide the sign of a polynomial."""
     if len(poly) > _TERMS:
         return None
@@ -66,7 +67,7 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[str]] | None:
         else:
             factor, normal = monic(base)
             positive = positive == (factor > 0)
-            odd.append(str(normal))
+            odd.append(Key(normal))
     return positive, frozenset(odd)
 
 
@@ -87,7 +88,7 @@ def circle_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None
     return Facts(nonzero, frozenset() if radicand is None else frozenset([radicand]))
 
 
-def nonzero_factors(store: Store, vector: Sequence[Value]) -> frozenset[str] | None:
+def nonzero_factors(store: Store, vector: Sequence[Value]) -> frozenset[Key] | None:
     """Return the factors that are not 0 where a vector is not; None if they cannot be told."""
     try:
         size = _square_sum(store, vector)

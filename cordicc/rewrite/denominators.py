@@ -12,6 +12,8 @@ from typing import Any
 
 from flint.utils.flint_exceptions import DomainError
 
+from cordicc.rewrite.keys import Key
+
 Powers = tuple[tuple[int, int], ...]
 """Factors by number, in order, and their exponents, all of them positive."""
 
@@ -25,16 +27,16 @@ class Denominators:
     def __init__(self, one: Any, times: Callable[[Any, Any], Any]) -> None:
         self._times = times
         self._factors: list[Any] = []
-        self._numbers: dict[str, int] = {}
+        self._numbers: dict[Key, int] = {}
         self._products: dict[Powers, Any] = {(): one}
-        self._known: dict[str, Powers | None] = {}
+        self._known: dict[Key, Powers | None] = {}
 
     def of(self, poly: Any) -> Powers | None:
         """Return a polynomial other than 0, made monic, by its factors; None if it is too long for that."""
-        text = str(poly)
-        if text not in self._known:
-            self._known[text] = self._factored(poly)
-        return self._known[text]
+        key = Key(poly)
+        if key not in self._known:
+            self._known[key] = self._factored(poly)
+        return self._known[key]
 
     def _factored(self, poly: Any) -> Powers | None:
         found = {}
@@ -44,7 +46,7 @@ class Denominators:
             return None
         for base, exponent in poly.factor()[1]:
             factor = base / base.leading_coefficient()
-            index = self._numbers.setdefault(str(factor), len(self._factors))
+            index = self._numbers.setdefault(Key(factor), len(self._factors))
             if index == len(self._factors):
                 self._factors.append(factor)
             found[index] = exponent

@@ -18,7 +18,7 @@ from cordicc.rewrite.dominance import Lean, lean
 from cordicc.rewrite.options import Alternatives
 
 _SEED = 1
-_WORK = (0.8, 0.4, 0.2, 0.2)
+_WORK = (0.8, 0.3, 0.15, 0.15)
 """Deterministic time of the solver for each goal, the most important first."""
 
 _PREFERENCE = 0.4

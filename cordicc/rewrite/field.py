@@ -21,6 +21,7 @@ from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from cordicc.rewrite.denominators import Denominators, Powers
 from cordicc.rewrite.half_angles import HalfAngles
+from cordicc.rewrite.keys import ElementKey, Key
 from cordicc.rewrite.roots import square_root_of
 
 Poly = Any
@@ -29,8 +30,11 @@ Poly = Any
 _TERMS = 4_000
 """Terms of a numerator and a denominator together; larger elements are given up."""
 
-_PRODUCT = 400_000
+_PRODUCT = 100_000
 """Products of terms in one multiplication."""
+
+_REDUCED = 2 * _TERMS
+"""Terms of a polynomial whose squares of roots are still written out."""
 
 _BITS = 4_000
 """Bits of the leading coefficient."""
@@ -53,9 +57,9 @@ class Element:
     powers: Powers = ()
 
     @property
-    def key(self) -> str:
-        """A text that is the same for equal elements."""
-        return f"{self.num}/{self.den}"
+    def key(self) -> ElementKey:
+        """What is equal for equal elements."""
+        return Key(self.num), Key(self.den)
 
     @property
     def is_polynomial(self) -> bool:
@@ -104,14 +108,14 @@ class Field:
         self.half_angles = HalfAngles(self.context)
         self._facts: dict[int, str] = {}
         self.touched: set[str] = set()
-        self.definite: dict[str, int] = {}
+        self.definite: dict[Key, int] = {}
         self.radicands: dict[int, Poly] = {}
         self.one = self.context.constant(1)
         self.zero = self.context.constant(0)
         self._nothing = Element(self.zero, self.one)
         self._denominators = Denominators(self.one, self._multiplied)
-        self._displayed: dict[str, Poly | None] = {}
-        self._factored: dict[str, tuple[Any, list[tuple[Poly, int]]]] = {}
+        self._displayed: dict[ElementKey, Poly | None] = {}
+        self._factored: dict[Key, tuple[Any, list[tuple[Poly, int]]]] = {}
 
     def generator(self, index: int) -> Poly:
         """Return a generator as a polynomial."""
@@ -137,7 +141,7 @@ class Field:
         t = self._gens[tangent]
         below = 1 + m * t**2
         # A hyperbolic tangent is less than 1, so 1 - t^2, 1 - t and 1 + t are positive.
-        self.definite |= {str(t**2 + 1): 1} if m == 1 else {str(t**2 - 1): -1, str(t - 1): -1, str(t + 1): 1}
+        self.definite |= {Key(t**2 + 1): 1} if m == 1 else {Key(t**2 - 1): -1, Key(t - 1): -1, Key(t + 1): 1}
         return cosine, sine, self.fraction(1 - m * t**2, below), self.fraction(2 * t, below)
 
     def display(self, element: Element) -> Poly | None:
@@ -196,10 +200,12 @@ class Field:
         return Element(self.context.constant(factor), self.one) if a == b * factor else None
 
     def reduce(self, poly: Poly) -> Poly:
-        """Return a polynomial with no generator of a relation above the first power."""
+        """Return a polynomial with no generator of a relation above the first power.  Raises TooLarge."""
         degrees = poly.degrees()
         for index in sorted(self._relations):
             if degrees[index] > 1:
+                if len(poly) > _REDUCED:
+                    raise TooLarge
                 if index in self._facts:
                     self.touched.add(self._facts[index])
                 poly = self._remainder(poly, index, degrees[index])
@@ -306,10 +312,10 @@ class Field:
 
     def factors(self, poly: Poly) -> tuple[Any, list[tuple[Poly, int]]]:
         """Return a constant and the irreducible factors of a polynomial with their exponents."""
-        text = str(poly)
-        if text not in self._factored:
-            self._factored[text] = poly.factor()
-        return self._factored[text]
+        key = Key(poly)
+        if key not in self._factored:
+            self._factored[key] = poly.factor()
+        return self._factored[key]
 
     def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
         """Return (p, q) with poly = p + q g for a generator g of a relation."""

@@ -15,6 +15,7 @@ from fractions import Fraction
 from cordicc.ir.fold import fold
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import TooLarge
+from cordicc.rewrite.keys import RotorKey
 from cordicc.rewrite.products import turned
 from cordicc.rewrite.store import Store
 
@@ -44,7 +45,7 @@ class Lifting:
     """
 
     def __init__(
-        self, store: Store, angles: frozenset[Value], own: Mapping[tuple[str, str], Value] | None = None
+        self, store: Store, angles: frozenset[Value], own: Mapping[RotorKey, Value] | None = None
     ) -> None:
         self.store = store
         self._angles = angles

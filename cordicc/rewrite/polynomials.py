@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import LOOKUP_TERMS, Poly, monic, rational
+from cordicc.rewrite.keys import Key
 
 _SUM_TERMS = 40
 
@@ -20,12 +21,12 @@ class Polynomials:
     def __init__(self) -> None:
         self.sums: list[tuple[Value, Poly]] = []
         self.multiples: list[tuple[Value, Poly]] = []
-        self._known: dict[str, tuple[Value, Fraction, Fraction]] = {}
+        self._known: dict[Key, tuple[Value, Fraction, Fraction]] = {}
 
     def register(self, value: Value, poly: Poly) -> None:
         """Note the polynomial of a value."""
         constant, factor, base = _parts(poly)
-        key = str(base)
+        key = Key(base)
         if factor and key in self._known:
             self.multiples.append((value, poly))
         elif factor:
@@ -38,7 +39,7 @@ class Polynomials:
         if len(poly) > LOOKUP_TERMS:
             return None
         constant, factor, base = _parts(poly)
-        found = self._known.get(str(base))
+        found = self._known.get(Key(base))
         if found is None or factor == 0:
             return None
         value, its_factor, its_constant = found
@@ -48,7 +49,7 @@ class Polynomials:
 
 def _parts(poly: Poly) -> tuple[Fraction, Fraction, Poly]:
     """Return (d, k, p) with poly = k p + d, p monic without a constant."""
-    ends = len(poly) > 0 and not any(poly.monoms()[-1])
+    ends = len(poly) > 0 and not any(poly.monomial(len(poly) - 1))
     constant = rational(poly.coefficient(len(poly) - 1)) if ends else Fraction(0)
     rest = poly - poly.coefficient(len(poly) - 1) if ends else poly
     factor, base = monic(rest)

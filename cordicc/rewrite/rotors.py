@@ -9,6 +9,7 @@ from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Node, Value
 from cordicc.rewrite.constants import Constants, Rotor
 from cordicc.rewrite.field import Element, TooLarge
+from cordicc.rewrite.keys import ElementKey
 
 _UNITS = ("vector", "implicit", "lightcone")
 
@@ -54,7 +55,7 @@ class Rotors:
         self.turned: dict[int, tuple[Value, int, int]] = {}
         self._rotors: dict[tuple[Value, int], Rotor | None] = {}
         self._touched: dict[tuple[Value, int], frozenset[str]] = {}
-        self._atoms: dict[tuple[str, int], Rotor] = {}
+        self._atoms: dict[tuple[Value | ElementKey, int], Rotor] = {}
         self._grains: dict[Value, tuple[Fraction, Value]] = {}
 
     def grain(self, value: Value, share: Fraction, part: Value) -> None:
@@ -161,7 +162,7 @@ class Rotors:
     def _atom(self, value: Value, m: int) -> Rotor:
         """Return new generators for the cosine and sine of a value that is no angle of a unit."""
         element = self._known.element(value)
-        key = (str(self._known.find(value)) if element is None else element.key, m)
+        key = (self._known.find(value) if element is None else element.key, m)
         if key not in self._atoms:
             c, s, *rotor = self.field.pair(m)
             self._atoms[key] = rotor[0], rotor[1]

@@ -23,6 +23,7 @@ from cordicc.rewrite.extraction import extract
 from cordicc.rewrite.field import TooLarge
 from cordicc.rewrite.filling import SUMS, angles_of, fill, sample_points
 from cordicc.rewrite.frames import add_frames
+from cordicc.rewrite.keys import Key, RotorKey
 from cordicc.rewrite.lifting import Lifting
 from cordicc.rewrite.options import alternatives
 from cordicc.rewrite.products import turned
@@ -155,7 +156,7 @@ def _add_multiple_angle(store: Store, synthesis: Synthesis, index: int) -> None:
 def _join_areas(store: Store) -> None:
     """Make hyperbolic angles with the same cosine and sine equal: inverse functions that cancel."""
     port = {"vector": 1, "implicit": 0, "lightcone": 1}
-    known: dict[tuple[str, str], Value] = {}
+    known: dict[RotorKey, Value] = {}
     for index, node in enumerate(tuple(store.algebra.nodes)):
         value = None
         if node.op == "rotate" and node.params[0] == -1:
@@ -191,9 +192,9 @@ def _add_circles(
             store.rotors.rotor(made[0])
 
 
-def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> frozenset[str]:
+def _nonzero_factors(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> frozenset[Key]:
     """Return the polynomials that the conditions of a graph keep away from 0."""
-    found: frozenset[str] = frozenset()
+    found: frozenset[Key] = frozenset()
     used = graph.used_results()
     for index in graph.live():
         node = graph.nodes[index]
@@ -221,7 +222,7 @@ def _lift(store: Store, outputs: Mapping[str, Value]) -> None:
     )
     lifted = [z for z in turned if _is_angle(store, z)]
     size = len(store.algebra.nodes)
-    own: dict[tuple[str, str], Value] = {}
+    own: dict[RotorKey, Value] = {}
     for value in angles_of(store):
         rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
         if rotor is not None:
@@ -248,11 +249,11 @@ def _add_sums(store: Store) -> None:
     """Add angles as sums of two others, where the sample points show a relation and rotors prove it."""
     angles = [v for v in angles_of(store) if store.rotors.rotor(v) is not None]
     angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1]
-    distinct: dict[str, Value] = {}
+    distinct: dict[RotorKey, Value] = {}
     for value in angles:
         rotor = store.rotors.rotor(value)
         if rotor is not None:
-            distinct.setdefault(rotor[0].key + rotor[1].key, value)
+            distinct.setdefault((rotor[0].key, rotor[1].key), value)
     values = list(distinct.values())[:24]
     turns = [np.exp(1j * store.numbers(v)) for v in values]
     for (i, p), (j, q) in combinations(enumerate(values), 2):

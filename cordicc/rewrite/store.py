@@ -26,6 +26,7 @@ from cordicc.rewrite.field import (
     TooLarge,
     monic,
 )
+from cordicc.rewrite.keys import ElementKey
 from cordicc.rewrite.numeric import Floats, results
 from cordicc.rewrite.parts import is_square_sum, long_parts, rest_squared, square_root
 from cordicc.rewrite.polynomials import Polynomials
@@ -58,7 +59,7 @@ class Store:
         self.constants = Constants(field)
         self.rotors = Rotors(self.constants, self)
         self._parent: dict[Value, Value] = {}
-        self._by_key: dict[str, Value] = {}
+        self._by_key: dict[ElementKey, Value] = {}
         self._by_shape: dict[object, Value] = {}
         self._opaque: dict[Value, Element] = {}
         self._opaque_generators: set[int] = set()

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import Poly, TooLarge, rational
+from cordicc.rewrite.keys import Key
 from cordicc.rewrite.store import Store
 
 _TERMS = 24
@@ -20,14 +21,14 @@ class Synthesis:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._done: dict[str, Value] = {}
+        self._done: dict[Key, Value] = {}
 
     def polynomial(self, poly: Poly) -> Value:
         """Return a value that is this polynomial.
 
         Raises TooLarge if it is long, or if no value is known for one of its generators.
         """
-        key = str(poly)
+        key = Key(poly)
         if key not in self._done:
             if len(poly) > _TERMS:
                 known = self._known(poly)
