@@ -1,10 +1,11 @@
 """The exact solver: what CP-SAT proves of a goal, and the best schedule it finds, within fixed work.
 
-FIFO words are minimised from below: the solver assumes that no value waits, and of each set of values that
-it finds to contradict this, a core, it lets one wait.  That proves more than any other strategy here, but
-has no good schedule before the last core; so neighbourhoods improve the best one at the same time.  Other
-goals have a good schedule from the heuristics, and strategies that prove by linear relaxations and
-conflicts in turns.
+FIFO words are bounded from below by two strategies, one after the other.  A tree search on the linear
+relaxation is best where intervals are short, so that words nearly are cycles.  Then the solver assumes that
+no value waits, and of each set of values that it finds to contradict this, a core, it lets one wait; that
+proves more than any other strategy where intervals are long.  Neither has a good schedule before the end, so
+neighbourhoods improve the best one at the same time.  Other goals have a good schedule from the heuristics,
+and strategies that prove by linear relaxations and conflicts in turns.
 
 Everything is deterministic: one configuration, one seed, limits in deterministic time.
 """
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 _SEED = 1
 _SEARCHES = ("core", "max_lp", "default_lp")
 """Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
+_WORD_SEARCHES = (("lb_tree_search", 0.3), ("core", 0.7))
+"""The strategies for FIFO words, and their shares of the deterministic time."""
 _BRIEF = 1.0
 """Deterministic time up to which several strategies would only prepare to search."""
 
@@ -82,21 +85,14 @@ def minimise(
     clock = _Clock(work)
     if goal.words and problem.measure == "entries":
         if hint is None:
-            return _answer(program, clock.solver(work.deterministic, ("core",)), clock, floor)
+            return _below(program, clock, floor)
 
         def improve(proven: Callable[[], bool]) -> Answer:
+            ended = lambda: proven() or clock.over  # noqa: E731
             start = neighbourhoods.improved(
-                problem,
-                net,
-                goal,
-                space,
-                hint,
-                work.deterministic,
-                clock.solver,
-                lambda: proven() or clock.over,
+                problem, net, goal, space, hint, work.deterministic, clock.solver, ended
             )
-            latency = max(space.latency[0], net.makespan(start))
-            cost = figure(problem, net, goal, start, latency)
+            cost = figure(problem, net, goal, start, max(space.latency[0], net.makespan(start)))
             return Answer(tuple(start), cost, floor, cost == floor, False, clock.over)
 
         return _from_both_sides(program, clock, floor, improve)
@@ -150,6 +146,20 @@ def _answer(program: Program, solver: cp_model.CpSolver, clock: _Clock, floor: i
     )
 
 
+def _below(program: Program, clock: _Clock, floor: int) -> Answer:
+    """Return what the strategies prove that bound FIFO words from below, one after the other."""
+    best: Answer | None = None
+    for strategy, share in _WORD_SEARCHES:
+        answer = _answer(program, clock.solver(clock.work.deterministic * share, (strategy,)), clock, floor)
+        if answer.proven:
+            return answer
+        floor = max(floor, answer.bound)
+        if best is None or (answer.start is not None and (best.start is None or answer.cost < best.cost)):
+            best = answer
+    assert best is not None
+    return replace(best, bound=floor, proven=best.start is not None and best.cost == floor)
+
+
 def _from_both_sides(
     program: Program, clock: _Clock, floor: int, improve: Callable[[Callable[[], bool]], Answer]
 ) -> Answer:
@@ -161,7 +171,7 @@ def _from_both_sides(
     proven = Event()
 
     def prove() -> Answer:
-        answer = _answer(program, clock.solver(clock.work.deterministic, ("core",)), clock, floor)
+        answer = _below(program, clock, floor)
         if answer.proven:
             proven.set()
         return answer
