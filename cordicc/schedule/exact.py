@@ -1,11 +1,11 @@
 """The exact solver: what CP-SAT proves of a goal, and the best schedule it finds, within fixed work.
 
-FIFO words are bounded from below by two strategies, one after the other.  A tree search on the linear
-relaxation is best where intervals are short, so that words nearly are cycles.  Then the solver assumes that
-no value waits, and of each set of values that it finds to contradict this, a core, it lets one wait; that
-proves more than any other strategy where intervals are long.  Neither has a good schedule before the end, so
-neighbourhoods improve the best one at the same time.  Other goals have a good schedule from the heuristics,
-and strategies that prove by linear relaxations and conflicts in turns.
+FIFO words are bounded from below by two strategies, one after the other.  In one the solver assumes that no
+value waits, and of each set of values that it finds to contradict this, a core, it lets one wait.  The other
+is a tree search on the linear relaxation, which comes first where intervals are short, so that words nearly
+are cycles.  Neither has a good schedule before the end, so neighbourhoods improve the best one at the same
+time.  Other goals have a good schedule from the heuristics, and strategies that prove by linear relaxations
+and conflicts in turns.
 
 Everything is deterministic: one configuration, one seed, limits in deterministic time.
 """
@@ -31,8 +31,10 @@ if TYPE_CHECKING:
 _SEED = 1
 _SEARCHES = ("core", "max_lp", "default_lp")
 """Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
-_WORD_SEARCHES = (("lb_tree_search", 0.3), ("core", 0.7))
+_WORD_SEARCHES = {"core": 0.7, "lb_tree_search": 0.3}
 """The strategies for FIFO words, and their shares of the deterministic time."""
+_SHORT = 2
+"""Interval up to which the linear relaxation proves most of the words."""
 _BRIEF = 1.0
 """Deterministic time up to which several strategies would only prepare to search."""
 
@@ -149,7 +151,8 @@ def _answer(program: Program, solver: cp_model.CpSolver, clock: _Clock, floor: i
 def _below(program: Program, clock: _Clock, floor: int) -> Answer:
     """Return what the strategies prove that bound FIFO words from below, one after the other."""
     best: Answer | None = None
-    for strategy, share in _WORD_SEARCHES:
+    order = list(_WORD_SEARCHES.items())
+    for strategy, share in reversed(order) if program.net.interval <= _SHORT else order:
         answer = _answer(program, clock.solver(clock.work.deterministic * share, (strategy,)), clock, floor)
         if answer.proven:
             return answer
