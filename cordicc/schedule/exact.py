@@ -84,7 +84,7 @@ def minimise(
     program.model.minimize(cost)
     if hint is not None:
         program.hint(hint)
-    clock = _Clock(work)
+    clock = Clock(work)
     if goal.words and problem.measure == "entries":
         if hint is None:
             return _below(program, clock, floor)
@@ -105,7 +105,7 @@ def minimise(
     return _answer(program, solver, clock, floor)
 
 
-class _Clock:
+class Clock:
     """The limits of a search, and the solvers that keep them."""
 
     def __init__(self, work: Work) -> None:
@@ -131,7 +131,7 @@ class _Clock:
         return solver
 
 
-def _answer(program: Program, solver: cp_model.CpSolver, clock: _Clock, floor: int) -> Answer:
+def _answer(program: Program, solver: cp_model.CpSolver, clock: Clock, floor: int) -> Answer:
     from ortools.sat.python import cp_model
 
     status = solver.solve(program.model)
@@ -148,7 +148,7 @@ def _answer(program: Program, solver: cp_model.CpSolver, clock: _Clock, floor: i
     )
 
 
-def _below(program: Program, clock: _Clock, floor: int) -> Answer:
+def _below(program: Program, clock: Clock, floor: int) -> Answer:
     """Return what the strategies prove that bound FIFO words from below, one after the other."""
     best: Answer | None = None
     order = list(_WORD_SEARCHES.items())
@@ -164,7 +164,7 @@ def _below(program: Program, clock: _Clock, floor: int) -> Answer:
 
 
 def _from_both_sides(
-    program: Program, clock: _Clock, floor: int, improve: Callable[[Callable[[], bool]], Answer]
+    program: Program, clock: Clock, floor: int, improve: Callable[[Callable[[], bool]], Answer]
 ) -> Answer:
     """Return what the cores prove, with the better schedule of both searches if that is not all.
 
