@@ -35,7 +35,7 @@ class Effort:
     """
 
     schedule: float = 10.0
-    words: float = 12.0
+    words: float = 14.0
     binding: float = WORK
     seconds: float | None = None
     threads: int = 2

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _SEED = 1
 _SEARCHES = ("core", "max_lp", "default_lp")
 """Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
-_WORD_SEARCHES = {"core": 0.7, "lb_tree_search": 0.3}
+_WORD_SEARCHES = {"core": 0.6, "lb_tree_search": 0.4}
 """The strategies for FIFO words, and their shares of the deterministic time."""
 _SHORT = 2
 """Interval up to which the linear relaxation proves most of the words."""

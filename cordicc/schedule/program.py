@@ -210,7 +210,7 @@ def at_most(
     model: cp_model.CpModel, times: Sequence[Any], units: Any, taken: Sequence[tuple[int, int]]
 ) -> None:
     """Keep the operations of each cycle, or slot, within the units, some of which are taken by then."""
-    if units == 1 and not taken:
+    if isinstance(units, int) and units == 1 and not taken:
         model.add_all_different(times)
         return
     pieces = [model.new_fixed_size_interval_var(time, 1, "") for time in times]
