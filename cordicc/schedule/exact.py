@@ -150,9 +150,13 @@ def _answer(program: Program, solver: cp_model.CpSolver, clock: Clock, floor: in
 
 def _below(program: Program, clock: Clock, floor: int) -> Answer:
     """Return what the strategies prove that bound FIFO words from below, one after the other."""
-    best: Answer | None = None
     order = list(_WORD_SEARCHES.items())
-    for strategy, share in reversed(order) if program.net.interval <= _SHORT else order:
+    if program.net.interval <= _SHORT:
+        order.reverse()
+    if clock.work.deterministic <= _BRIEF:
+        order = [(order[0][0], 1.0)]
+    best: Answer | None = None
+    for strategy, share in order:
         answer = _answer(program, clock.solver(clock.work.deterministic * share, (strategy,)), clock, floor)
         if answer.proven:
             return answer
