@@ -37,7 +37,7 @@ from cordicc.certify.plans import bounds_of
 from cordicc.certify.predicates import inside, meets
 from cordicc.certify.sweep import errors, forward
 from cordicc.emulate import functional, sampling
-from cordicc.emulate.climb import climb
+from cordicc.emulate.climb import climb, climbing
 from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, plan_file
@@ -117,9 +117,9 @@ def searched(run: Run, output: str, start: Columns) -> tuple[dict[str, Floats], 
         return found(run, [output], steps, points, simulated(run, points))[output][0]
 
     ranges = {name: Interval(each.lo, each.hi) for name, each in run.net.inputs.items()}
-    high, _ = climb(ranges, start, own, climbers=CLIMBERS, rounds=ROUNDS, seed=3)
+    high, _ = climb(climbing(ranges, start, climbers=CLIMBERS, rounds=ROUNDS, seed=3), own)
     mixed = {name: np.concatenate([high[name], start[name]]) for name in run.net.inputs}
-    return climb(ranges, mixed, error, climbers=CLIMBERS, rounds=ROUNDS, seed=4)
+    return climb(climbing(ranges, mixed, climbers=CLIMBERS, rounds=ROUNDS, seed=4), error)
 
 
 def table(path: Path) -> dict[str, Floats]:

@@ -104,12 +104,11 @@ def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
 
     Operations that have a value everywhere come last: they can only fail by the size of the number.
     """
-    graph = problem.graph
-    order = sorted(range(len(graph.nodes)), key=lambda i: not graph.nodes[i].definition.partial)
-    for index in order:
-        _, valid = evaluate(Graph(graph.nodes[: index + 1], {"out": Value(index)}), sample)
-        if not valid.all():
-            return graph.nodes[index]
+    nodes = problem.graph.nodes
+    values, _ = evaluate(Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample)
+    for index in sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial):
+        if np.isnan(values[str(index)]).any():
+            return nodes[index]
     raise AssertionError("no operation is undefined")
 
 

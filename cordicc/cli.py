@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from cordicc import __version__
+from cordicc.cli_common import FILE, plan_or_problem, write_or_print
+from cordicc.cli_plans import diff, explain, schema
 from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
+from cordicc.console import show, stages, tell
 from cordicc.diagnostics import CordiccError, Diagnostic, Severity
 
-if TYPE_CHECKING:
-    from cordicc.api import Plan
-
-_FILE = click.Path(path_type=Path)
 _POSITIVE = click.IntRange(min=1)
 
 
@@ -28,16 +26,11 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except CordiccError as error:
-            _tell(error.diagnostics)
+            tell(error.diagnostics)
             ctx.exit(error.exit_status)
         except BrokenPipeError:
             sys.stderr.close()
             ctx.exit(1)
-
-
-def _tell(diagnostics: Iterable[Diagnostic]) -> None:
-    for diagnostic in diagnostics:
-        click.echo(diagnostic.render(), err=True)
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -48,13 +41,14 @@ def main() -> None:
     \b
     cordicc compile arm.yaml              write build/arm/: plan, report, pictures, simulation
     cordicc simulate build/arm/plan.json  run the plan, bit-true, and report its errors
+    cordicc explain build/arm/plan.json   say in words what it does, and why none is cheaper
     cordicc check arm.yaml                only look for mistakes in the file
     """  # noqa: D301
 
 
 @main.command("compile")
-@click.argument("file", type=_FILE)
-@click.option("-o", "--output", type=_FILE, help="Folder for the results.  [default: build/<name>]")
+@click.argument("file", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Folder for the results.  [default: build/<name>]")
 @click.option(
     "--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'."
 )
@@ -128,19 +122,21 @@ def compile_command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Compile the problem FILE to a plan, pictures, a report and a simulation.
+    """Compile a problem FILE to a hardware plan.
+
+    The folder of the results gets plan.json, report.html, datapath.svg, schedule.svg and simulate.py.
 
     \b
     cordicc compile examples/planar_2r.yaml
     cordicc compile arm.yaml --target krieger96 --minimize latency -o out
     """  # noqa: D301
     from cordicc import pipeline
-    from cordicc.files import write_files
+    from cordicc.folders import write_files
     from cordicc.ir.text import print_graph
     from cordicc.plan_json import summary
     from cordicc.schedule.engine import Effort
     from cordicc.schedule.request import Limits, interval_for
-    from cordicc.summary import explanation_text, plan_text
+    from cordicc.summary import explanation_text, plan_sheet
     from cordicc.targets.model import load_target
 
     names = pipeline.pass_names()
@@ -156,8 +152,9 @@ def compile_command(
     interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
     options = pipeline.Options(target, units, limits, certify, copies)
-    compiled = pipeline.compile_file(file, options, watch)
-    _tell(compiled.warnings)
+    with stages(quiet or print_after is not None) as enter:
+        compiled = pipeline.compile_file(file, options, watch, enter)
+    tell(compiled.warnings)
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
     files = pipeline.artefacts(plan)
@@ -171,25 +168,24 @@ def compile_command(
     if as_json:
         click.echo(summary(plan), nl=False)
     elif not quiet:
-        click.echo(plan_text(plan), nl=False)
-        click.echo(f"\n  wrote {folder}: {', '.join(files)}")
+        show(plan_sheet(plan, f"wrote {folder}: {', '.join(files)}"))
 
 
 @main.command()
-@click.argument("plan", type=_FILE, metavar="PLAN|FILE")
-@click.option("--inputs", type=_FILE, metavar="IN.csv|IN.npz", help="Samples, under the names of the inputs.")
+@click.argument("plan", type=FILE, metavar="PLAN|FILE")
+@click.option("--inputs", type=FILE, metavar="IN.csv|IN.npz", help="Samples, under the names of the inputs.")
 @click.option("--random", "count", type=_POSITIVE, help="Draw so many samples.  [default: 10000]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the drawing.")
 @click.option(
     "--outputs",
-    type=_FILE,
+    type=FILE,
     metavar="OUT.csv|OUT.npz",
     help="Write the outputs and 'valid'; '-': CSV to stdout.",
 )
 @click.option(
     "--compare",
     nargs=2,
-    type=_FILE,
+    type=FILE,
     metavar="IN EXPECTED",
     help="Compare with expected outputs instead of the equations; exit status 1 if they differ.",
 )
@@ -207,7 +203,7 @@ def compile_command(
 @click.option("--no-reference", is_flag=True, help="Only run the plan; compare with nothing.")
 @click.option("--report", is_flag=True, help="Show histograms and worst inputs, and search for worse ones.")
 @click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
-@click.option("--vcd", type=_FILE, metavar="FILE", help="Write the waveform of the first samples.")
+@click.option("--vcd", type=FILE, metavar="FILE", help="Write the waveform of the first samples.")
 @click.option(
     "--vcd-samples", type=_POSITIVE, default=100, show_default=True, metavar="N", help="Samples of --vcd."
 )
@@ -249,7 +245,7 @@ def simulate(
         raise click.UsageError("--no-reference excludes --reference and --report")
     if tolerance is not None and not compare:
         raise click.UsageError("--tolerance goes with --compare")
-    run = Run(_plan_or_problem(plan), cycle_accurate, as_json, _tell)
+    run = Run(plan_or_problem(plan), cycle_accurate, as_json, tell)
     if compare:
         ctx.exit(check_expected(run, *compare, tolerance))
     if vcd is not None:
@@ -258,36 +254,15 @@ def simulate(
 
         drawn = count or DEFAULT_SAMPLES
         first, more = waveform.first_samples(run.plan.problem, inputs, drawn, seed, vcd_samples)
-        _write_or_print(vcd, waveform.render(run.plan, first))
+        write_or_print(vcd, waveform.render(run.plan, first))
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
-            _tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
+            tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
     ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
 
 
-def _write_or_print(path: Path, text: str) -> None:
-    """Write a file, or to stdout if the path is '-'."""
-    from cordicc.files import write_file
-
-    if str(path) == "-":
-        click.echo(text, nl=False)
-    else:
-        write_file(path, text)
-
-
-def _plan_or_problem(path: Path) -> Plan:
-    from cordicc.api import Plan, load_plan
-    from cordicc.pipeline import Options, compile_file
-
-    if path.suffix == ".json":
-        return load_plan(path)
-    compiled = compile_file(path, Options())
-    _tell(compiled.warnings)
-    return Plan.of(compiled.plan)
-
-
 @main.command()
-@click.argument("plan", type=_FILE)
+@click.argument("plan", type=FILE)
 @click.option(
     "--view",
     type=click.Choice(["datapath", "schedule", "graph"]),
@@ -306,7 +281,7 @@ def _plan_or_problem(path: Path) -> Plan:
 @click.option(
     "-o",
     "--output",
-    type=_FILE,
+    type=FILE,
     metavar="FILE.svg|png|pdf",
     help="Write here instead of stdout; PNG and PDF take 'cordicc[pictures]'.",
 )
@@ -328,14 +303,20 @@ def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
 
 
 @main.command()
-@click.argument("file", type=_FILE)
+@click.argument("file", type=FILE)
 def check(file: Path) -> None:
-    """Parse and validate a problem FILE; all its mistakes are listed together."""
+    """Look for mistakes in a problem FILE.
+
+    It is read and checked, not compiled; all its mistakes are listed together.
+
+    \b
+    cordicc check arm.yaml
+    """  # noqa: D301
     from cordicc.api import check as check_file
     from cordicc.summary import count
 
     problem, warnings = check_file(file)
-    _tell(warnings)
+    tell(warnings)
     parts = ((problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output"))
     counts = ", ".join(count(len(items), noun) for items, noun in parts)
     click.echo(f"{problem.name}: {counts}, no errors")
@@ -344,7 +325,15 @@ def check(file: Path) -> None:
 @main.command()
 @click.argument("name", required=False)
 def targets(name: str | None) -> None:
-    """List the shipped targets, or print one: the NAME of a shipped target, or a file."""
+    """List the shipped targets, or print the one called NAME.
+
+    NAME may be a file too, which is then checked.
+
+    \b
+    cordicc targets
+    cordicc targets kinematic > mine.yaml
+    """  # noqa: D301
+    from cordicc.sheet import Facts, Sheet
     from cordicc.targets.model import load_target, shipped_targets, target_text
 
     if name is not None:
@@ -352,12 +341,14 @@ def targets(name: str | None) -> None:
         click.echo(target_text(name).text, nl=False)
         return
     shipped = [load_target(each) for each in shipped_targets()]
-    width = max(len(target.name) for target in shipped)
-    for target in shipped:
-        click.echo(f"{target.name:<{width}}  {' '.join(target.description.split())}")
+    rows = tuple((target.name, " ".join(target.description.split())) for target in shipped)
+    show(Sheet("", (Facts(rows, indent=0),)))
 
 
 main.add_command(trace)
 main.add_command(sequences)
 main.add_command(schedule)
 main.add_command(explore)
+main.add_command(explain)
+main.add_command(diff)
+main.add_command(schema)

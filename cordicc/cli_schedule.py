@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from cordicc.console import Progress, show, tell
 
 if TYPE_CHECKING:
     from cordicc.explore import Front
@@ -96,7 +97,9 @@ def explore(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Find the trade-off of processors, latency, interval and FIFO words of a problem FILE.
+    """Find the trade-off of units, latency and FIFO words.
+
+    For a problem FILE: every combination of processors, latency, interval and FIFO words that no other beats.
 
     The plot goes to build/<name>/ and, if a plan of the problem is there, into its report.
 
@@ -106,13 +109,21 @@ def explore(
     """  # noqa: D301
     from cordicc import explore as study
     from cordicc.backends import front
-    from cordicc.files import write_file, write_files
+    from cordicc.files import write_file
+    from cordicc.folders import write_files
+
+    bar: Progress | None = None
 
     def progress(done: int, count: int) -> None:
-        if sys.stderr.isatty():
-            click.echo(f"\r{done}/{count} points", err=True, nl=done == count)
+        nonlocal bar
+        bar = bar or Progress(count, "points")
+        bar.reached(done)
 
-    result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
+    try:
+        result = study.explore(file, target, units, copies, study.workers(jobs, cluster), progress)
+    finally:
+        if bar is not None:
+            bar.done()
     plot = result.plot()
     picture = front.render(plot.title, plot.marks)
     if output is None:
@@ -120,7 +131,10 @@ def explore(
         write_files(folder, {"explore.svg": picture} | _report(folder, result))
     else:
         write_file(output, picture)
-    click.echo(study.as_json(result) if as_json else study.as_text(result), nl=False)
+    if as_json:
+        click.echo(study.as_json(result), nl=False)
+    else:
+        show(study.as_sheet(result))
 
 
 def _report(folder: Path, front: Front) -> dict[str, str]:
@@ -139,5 +153,5 @@ def _report(folder: Path, front: Front) -> dict[str, str]:
     except InvalidInput as error:
         reason = error.diagnostics[0].message
     message = f"the report of {folder / 'plan.json'} was left as it is: {reason}"
-    click.echo(Diagnostic("W722", message, severity=Severity.WARNING).render(), err=True)
+    tell([Diagnostic("W722", message, severity=Severity.WARNING)])
     return {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,11 +14,11 @@ import click
 
 from cordicc.arith.intervals import Interval
 from cordicc.certify.plans import StatedBounds
+from cordicc.console import Progress, show
 from cordicc.diagnostics import Diagnostic
 from cordicc.emulate import cycle, extremes, functional, golden
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
-from cordicc.emulate.progress import Progress
 from cordicc.emulate.sampling import draw_parts
 from cordicc.emulate.streaming import REFERENCE_SAMPLES, Report, Samples, run_parts
 from cordicc.emulate.tables import PART_ROWS, Columns, read_table
@@ -25,7 +26,8 @@ from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.text import parse_graph
 from cordicc.observation import DEFAULT_SAMPLES, angles_of, machine_of, reference_samples
 from cordicc.plan import Plan
-from cordicc.summary import comparison_data, comparison_text, count
+from cordicc.sheet import Sheet
+from cordicc.summary import comparison_data, comparison_sheet, count
 
 _BAR = 40
 _NUMBER_BYTES = 12
@@ -89,13 +91,14 @@ def run_samples(
         expected = inputs.stat().st_size // (_NUMBER_BYTES * max(1, len(run.inputs)))
     first = next(parts)
     simulate = run.simulator(first, expected)
-    progress = Progress(total)
+    progress = Progress(total, "samples")
     with ExitStack() as stack:
         stack.callback(progress.done)
         take = _sink(outputs, list(plan.outputs), stack)
         stream = _again(first, parts)
         if reference.samples is None:
-            text, beyond = _only_run(run, stream, simulate, take, progress), []
+            told: str | Sheet = _only_run(run, stream, simulate, take, progress)
+            beyond: list[Diagnostic] = []
         else:
             graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
             precise = reference_samples(graph) if reference.fewer else reference.samples
@@ -104,13 +107,20 @@ def run_samples(
             report = run_parts(graph, angles, stream, simulate, take, progress.reached, precise, limits)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
-            if run.as_json:
-                text = _json(plan, report, found)
-            else:
-                text = _text(plan, report) + (_details(plan, report, found) if reference.search else "")
-    click.echo(text, nl=False, err=str(outputs) == "-")
+            told = (
+                _json(plan, report, found) if run.as_json else _sheet(plan, report, found, reference.search)
+            )
+    _tell(told, err=str(outputs) == "-")
     run.tell(beyond)
     return 1 if beyond else 0
+
+
+def _tell(told: str | Sheet, *, err: bool = False) -> None:
+    """Print a JSON text or a sheet."""
+    if isinstance(told, Sheet):
+        show(told, err=err)
+    else:
+        click.echo(told, nl=False, err=err)
 
 
 def _beyond(judgement: Judgement | None, found: Mapping[str, Worst | None]) -> list[Diagnostic]:
@@ -160,7 +170,7 @@ def _only_run(
     simulate: Callable[[Samples], dict[str, Any]],
     take: Write,
     progress: Progress,
-) -> str:
+) -> str | Sheet:
     samples = valid = 0
     for part in parts:
         outputs = simulate(part)
@@ -170,7 +180,7 @@ def _only_run(
     if run.as_json:
         data = {"name": run.plan.name, "target": run.plan.target["name"], "samples": samples, "valid": valid}
         return _dumped(data)
-    return f"{run.plan.name} on {run.plan.target['name']}: {count(samples, 'sample')}, {valid} valid\n"
+    return Sheet(f"{run.plan.name} on {run.plan.target['name']}: {count(samples, 'sample')}, {valid} valid")
 
 
 def _search(
@@ -225,9 +235,10 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
     return {"error": worst.error, "sample": worst.sample, "inputs": worst.inputs}
 
 
-def _text(plan: Plan, report: Report) -> str:
+def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None, details: bool) -> Sheet:
     judged = {} if report.judgement is None else report.judgement.found
-    lines = [comparison_text(plan, report.comparison, judged).rstrip("\n")]
+    sheet = comparison_sheet(plan, report.comparison, judged)
+    lines = []
     if report.screened:
         gaps = [gap for gap in report.screening_error.values() if gap is not None]
         known = f", there at most {max(gaps):.2g} from it" if gaps else ""
@@ -235,16 +246,18 @@ def _text(plan: Plan, report: Report) -> str:
             f"  {count(report.referenced, 'sample')} against high precision, {report.screened} against "
             f"double precision{known}; the worst of these again against high precision"
         )
-    return "\n".join(lines) + "\n"
+    lines += _details(plan, report, found) if details else []
+    return replace(sheet, blocks=(*sheet.blocks, *lines))
 
 
-def _details(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> str:
-    """Return histogram and worst inputs of each output."""
-    lines, angles = [], angles_of(plan.problem)
+def _details(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> list[str]:
+    """Return lines with the histogram and the worst inputs of each output."""
+    lines: list[str] = []
+    angles = angles_of(plan.problem)
     for name, errors in report.errors.items():
         unit = " rad" if angles[name] else ""
         lines += ["", f"{name}: errors", *_bars(errors, unit), *_worst_lines(name, report, found, unit)]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _bars(errors: Errors, unit: str) -> list[str]:
@@ -292,7 +305,7 @@ def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | No
     simulate = run.simulator(first, inputs.stat().st_size // (_NUMBER_BYTES * max(1, len(run.inputs))))
     verdict = golden.check_golden(_again(first, table.parts), answers.parts, angles, allowed, simulate)
     limits = {n: None if golden.TOLERANCE + n in answers.names else limit for n, limit in allowed.items()}
-    click.echo((_verdict_json if run.as_json else _verdict_text)(plan, verdict, limits), nl=False)
+    _tell((_verdict_json if run.as_json else _verdict_sheet)(plan, verdict, limits))
     return 0 if verdict.agrees else 1
 
 
@@ -304,9 +317,10 @@ def _allowed(plan: Plan, output: str) -> float:
     return _MARGIN * float(record["observed"]["max"] or 0.0)
 
 
-def _verdict_text(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, float | None]) -> str:
+def _verdict_sheet(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, float | None]) -> Sheet:
     agrees = "as expected" if verdict.agrees else "not as expected"
-    lines = [f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"]
+    title = f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"
+    lines = []
     if verdict.validity:
         rows = count(verdict.validity, "row")
         lines.append(f"  {rows} valid in one alone, first row {verdict.first_invalid}")
@@ -321,7 +335,7 @@ def _verdict_text(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, floa
         )
     for row, name, simulated, expected, allowed in verdict.wrong:
         lines.append(f"  row {row}, {name}: {simulated!r} instead of {expected!r}, allowed {allowed:.3g}")
-    return "\n".join(lines) + "\n"
+    return Sheet(title, tuple(lines))
 
 
 def _verdict_json(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, float | None]) -> str:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Iterable, Iterator
-from typing import TypeVar
 
 import click
 
-T = TypeVar("T")
+from cordicc.console import show, tell, watched
 
 _MODES = ("rotation", "vectoring", "implicit")
 _TRACED = ("standard", "krieger96", "root-free", "single-rotation")
@@ -66,8 +63,7 @@ def trace(
     rule = sequence or ("single-rotation" if mode == "implicit" else "standard")
     request = Request(mode, rule, int(m), at[0], at[1], at[2], goal, iterations, branch, bits)
     text, warnings = trace_text(request)
-    for warning in warnings:
-        click.echo(warning.render(), err=True)
+    tell(warnings)
     click.echo(text, nl=False)
 
 
@@ -114,7 +110,9 @@ def sequences(
     cluster: str | None,
     limit: int,
 ) -> None:
-    """List the shift sequences, check the one called NAME, or search for new ones.
+    """List, check or search shift sequences.
+
+    Without NAME all are listed, with NAME one is checked, --search finds new ones.
 
     \b
     cordicc sequences krieger96
@@ -129,7 +127,10 @@ def sequences(
         raise click.UsageError("--jobs and --cluster exclude each other")
     if not search:
         _refuse_search_options(ctx)
-        click.echo(sequence_text.list_text() if name is None else sequence_text.detail_text(name), nl=False)
+        if name is None:
+            show(sequence_text.list_sheet())
+        else:
+            click.echo(sequence_text.detail_text(name), nl=False)
         return
     from cordicc.arith.cluster import outcomes as on_cluster
     from cordicc.arith.search import Outcome, ZeroShift, merge, outcomes, tasks
@@ -143,7 +144,7 @@ def sequences(
     for case in cases:
         parts = tasks(case, limit)
         found_by_part = outcomes(parts, jobs or _cores()) if cluster is None else on_cluster(parts, cluster)
-        whole = merge([without, *_watched(found_by_part, len(parts))], limit)
+        whole = merge([without, *watched(found_by_part, len(parts), "parts of the search")], limit)
         if case.zero is ZeroShift.NONE:
             without = whole
             if allow_zero:
@@ -164,12 +165,3 @@ def _refuse_search_options(ctx: click.Context) -> None:
 def _cores() -> int:
     """Return the number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _watched(parts: Iterable[T], length: int) -> Iterator[T]:
-    """Pass on the parts, with a progress bar if somebody is at the terminal."""
-    if not sys.stderr.isatty():
-        yield from parts
-        return
-    with click.progressbar(parts, length, label="searching", file=sys.stderr) as bar:
-        yield from bar

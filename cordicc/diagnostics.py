@@ -53,7 +53,10 @@ class Diagnostic:
 
     def render(self) -> str:
         """Return the text shown to the user, without a final newline."""
-        head = f"{self.severity}[{self.code}]: {printable(self.message)}"
+        message = self.message
+        if len(message) > _LONGEST_MESSAGE:
+            message = f"{message[:_LONGEST_MESSAGE]}..."
+        head = f"{self.severity}[{self.code}]: {printable(message)}"
         place = printable(self.source.name) if self.source is not None else ""
         if self.source is not None and self.span is not None:
             place += f":{self.span.line}:{self.span.column}"
@@ -66,6 +69,8 @@ class Diagnostic:
 
 
 _EXCERPT_COLUMNS = 100
+_LONGEST_MESSAGE = 1000
+"""Characters, as names and texts of a file may be long."""
 
 
 def _excerpt(line: str, span: Span) -> list[str]:

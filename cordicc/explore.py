@@ -22,6 +22,7 @@ from cordicc.schedule.engine import Effort
 from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.request import Limits
 from cordicc.schedule.verify import verify
+from cordicc.sheet import Sheet, Table, plain
 from cordicc.targets.model import CAU_KINDS, load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
@@ -247,6 +248,11 @@ def as_json(front: Front) -> str:
 
 
 def as_text(front: Front) -> str:
+    """Return the front as a table, ending in a newline."""
+    return plain(as_sheet(front))
+
+
+def as_sheet(front: Front) -> Sheet:
     """Return the front as a table."""
     header = (
         "interval",
@@ -259,17 +265,12 @@ def as_text(front: Front) -> str:
         "units",
         "certificate",
     )
-    rows: list[tuple[str, ...]] = [header]
+    rows = []
     for point in front.points:
         counts = [str(point.unit_counts.get(kind, 0)) for kind in (*CAU_KINDS, "mul")]
         figures = (str(point.latency), str(point.fifo_words), point.units, _certificate(point))
         rows.append((str(point.initiation_interval), str(point.processors), *counts, *figures))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(header))]
-    lines = [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
     head = f"{front.name} on {front.target}: {len(front.points)} of {front.tried} points are unbeaten"
     again = "Each is 'cordicc compile --ii INTERVAL --max-processors CAUs --minimize latency --units UNITS"
     again += f" --copies {front.copies}'." if front.copies > 1 else "'."
-    return "\n".join([head, *lines, again]) + "\n"
+    return Sheet(head, (Table(header, tuple(rows), indent=0), again))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.checks import check_domain, check_meaning, input_intervals
 from cordicc.copies import replicated
-from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
 from cordicc.frontend.load import LoadedProblem, load_problem
@@ -44,6 +44,9 @@ if TYPE_CHECKING:
     from cordicc.backends.diagram import Diagram
     from cordicc.backends.report import Explored
 
+MAX_OPERATIONS = 5_000
+"""Operations of the equations of which a plan is made at the most; beyond, it would take minutes."""
+
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
 
@@ -51,6 +54,7 @@ VIEWS = ("datapath", "schedule", "graph")
 """What can be drawn of a plan."""
 
 Watch = Callable[[str, Graph], None]
+Enter = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,19 +84,27 @@ def read_problem(path: Path) -> LoadedProblem:
     return replace(loaded, warnings=(*loaded.warnings, *check_domain(loaded.problem, loaded.source)))
 
 
-def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
+def _nobody(name: str) -> None:
+    """Take the name of a stage where nobody wants to know it."""
+
+
+def compile_file(
+    path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody
+) -> Compiled:
     """Compile a problem file.
 
     Args:
         path: the problem file.
         options: target, units, limits.
         watch: called with the name and the graph after each pass, for `--print-after`.
+        enter: called with what is about to be done, to show progress.
 
     Raises:
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
-    planned = plan_file(path, options, watch)
+    planned = plan_file(path, options, watch, enter)
+    enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
@@ -100,19 +112,23 @@ def compile_file(path: Path, options: Options, watch: Watch | None = None) -> Co
     if allowed or (fixed_point if options.certify is None else options.certify):
         from cordicc.certify.plans import bounds_of, with_bounds
 
+        enter("proving error bounds")
         plan = with_bounds(plan, bounds_of(plan, allowed))
     return Compiled(plan, (*planned.warnings, *more))
 
 
-def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compiled:
+def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody) -> Compiled:
     """Compile a problem file without running the plan: `compile_file` without accuracy figures."""
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
+    enter("reading the problem")
     loaded = read_problem(path)
+    _check_size(loaded)
     target = load_target(options.target)
     plans = []
     refused = []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
     for implicit in _implicit_choices(options, target):
+        enter("choosing operations")
         choice = rewrite(
             loaded.problem,
             target,
@@ -121,6 +137,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
             goal=options.limits.minimize,
             watch=watch,
         )
+        enter("choosing formats and a schedule")
         # Scheduling sees unit operations with their latencies only.
         try:
             unplaced, warnings = _assembled(path, loaded, choice, target, options)
@@ -133,6 +150,17 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None) -> Compi
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
     verify_plan(plan)
     return Compiled(plan, warnings)
+
+
+def _check_size(loaded: LoadedProblem) -> None:
+    """Raise Unattainable if a problem is too large for a plan."""
+    count = len(loaded.problem.graph.nodes)
+    if count > MAX_OPERATIONS:
+        message = (
+            f"the problem has {count} operations, more than the {MAX_OPERATIONS} of which a plan is made"
+        )
+        hint = "divide it into several files"
+        raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
 
 
 def _assembled(
@@ -193,7 +221,8 @@ def rewrite(
     watch: Watch | None = None,
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
-    context = Context(input_intervals(problem), goal)
+    costs = Costs.of(target, implicit=implicit, preferred=preferred)
+    context = Context(input_intervals(problem), goal, costs.floating)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:
@@ -204,7 +233,6 @@ def rewrite(
         if watch is not None:
             watch(step.name, graph)
     # One realisation is certain now; around it the search looks for the cheapest.
-    costs = Costs.of(target, implicit=implicit, preferred=preferred)
     choice = cheapest(problem, graph, context, costs)
     if watch is not None:
         watch("search", choice.graph)

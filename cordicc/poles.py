@@ -14,6 +14,9 @@ from cordicc.ir.reference import evaluate
 _HALVINGS = 60
 _NEARLY_ZERO = 1e-9
 
+_WORK = 2_000_000
+"""Operations that halving evaluates at the most, over all denominators."""
+
 
 def find_poles(problem: Problem, source: Source, samples: Mapping[str, np.ndarray]) -> list[Diagnostic]:
     """Return a warning for each denominator, cosine under a tangent included, that passes through 0.
@@ -28,13 +31,17 @@ def find_poles(problem: Problem, source: Source, samples: Mapping[str, np.ndarra
     parts = Graph(problem.graph.nodes, {str(i): value for i, (_, value) in enumerate(suspects)})
     values, _ = evaluate(parts, samples)
     found = []
+    left = _WORK
     for index, (node, value) in enumerate(suspects):
         signs = np.sign(_seen(node, values[str(index)]))
         if (signs > 0).any() and (signs < 0).any():
+            graph = problem.graph.leading_to(value)
+            left -= _HALVINGS * len(graph.nodes)
+            if left < 0:
+                found.append(_unfinished(problem, source, node))
+                break
             ends = (int(np.argmax(signs > 0)), int(np.argmax(signs < 0)))
-            pole = _halved(
-                problem, node, value, [{n: float(c[end]) for n, c in samples.items()} for end in ends]
-            )
+            pole = _halved(graph, node, [{n: float(c[end]) for n, c in samples.items()} for end in ends])
             if pole is not None:
                 what = "a pole of tan" if node.op == "tan" else "a division by 0"
                 message = f"the range of the inputs holds {what}"
@@ -52,12 +59,14 @@ def _seen(node: Node, values: np.ndarray) -> np.ndarray:
     return np.cos(values) if node.op == "tan" else values
 
 
-def _halved(
-    problem: Problem, node: Node, value: Value, ends: list[dict[str, float]]
-) -> dict[str, float] | None:
-    """Return a point between two of different sign where the denominator is nearly 0, if there is one."""
+def _unfinished(problem: Problem, source: Source, node: Node) -> Diagnostic:
+    message = "denominators from here on are not looked at: the problem is large"
+    return place(problem, source, node.origin, "W322", message, None, Severity.WARNING)
+
+
+def _halved(graph: Graph, node: Node, ends: list[dict[str, float]]) -> dict[str, float] | None:
+    """Return a point between two of different sign where the output of a graph is nearly 0, if any."""
     positive, negative = ends
-    graph = Graph(problem.graph.nodes, {"out": value})
     number = scale = 0.0
     for _ in range(_HALVINGS):
         middle = {name: (positive[name] + negative[name]) / 2 for name in positive}

@@ -12,6 +12,7 @@ from cordicc.arith.search import Conditions, Outcome, ScaledSequence, ZeroShift
 from cordicc.arith.sequences import Sequence
 from cordicc.arith.study import mp
 from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.sheet import Sheet, Table
 
 _SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 _CASES = {
@@ -30,16 +31,17 @@ class Angle:
     rest: Any
 
 
-def list_text() -> str:
-    """Return the table of the built-in sequences, ending in a newline."""
+def list_sheet() -> Sheet:
+    """Return the table of the built-in sequences."""
     header = ("name", "m", "iterations", "kind", "gain", "domain", "last angle", "scaling error")
-    rows: list[tuple[str, ...]] = [header]
+    rows: list[tuple[str, ...]] = []
     for sequence in sequences.shipped():
         kind = "root-free" if sequence.root_free else "standard"
         figures = [f"{sequence.gain:.10f}", f"{sequence.domain:.10f}", f"{sequence.resolution:.4g}"]
         error = mp.nstr(abs(_scaling_error(sequence)), 4) if sequence.eta else "-"
         rows.append((sequence.name, str(sequence.m), str(len(sequence.shifts)), kind, *figures, error))
-    return "\n".join(_aligned(rows)) + "\n"
+    right = tuple(at for at in range(len(header)) if at not in (0, 3))
+    return Sheet("", (Table(header, tuple(rows), indent=0, right=right),))
 
 
 def _aligned(rows: Items[Items[str]], left: Items[int] = (0, 3)) -> list[str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.judging import Judged
 from cordicc.plan import Plan
+from cordicc.sheet import Facts, Sheet, Table, plain
 from cordicc.targets.model import CAU_KINDS
 
 
@@ -20,11 +21,6 @@ def _seconds(seconds: float) -> str:
     raise AssertionError
 
 
-def _rows(rows: Sequence[tuple[str, str]]) -> list[str]:
-    width = max(len(name) for name, _ in rows)
-    return [f"  {name:<{width}}  {text}" for name, text in rows]
-
-
 def count(number: int, noun: str) -> str:
     """Return a number and its noun, in the plural but for 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
@@ -32,6 +28,11 @@ def count(number: int, noun: str) -> str:
 
 def plan_text(plan: Plan) -> str:
     """Return the summary of a plan, ending in a newline."""
+    return plain(plan_sheet(plan))
+
+
+def plan_sheet(plan: Plan, last: str = "") -> Sheet:
+    """Return the summary of a plan, and a last line."""
     caus = plan.processors()
     others = [f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in CAU_KINDS]
     proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
@@ -59,8 +60,9 @@ def plan_text(plan: Plan) -> str:
     if words["kind"] == "fixed-point":
         inside = words["width"] + words["guard"]
         rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
-    lines = [f"{plan.name} on {plan.target['name']}", *_rows(rows)]
-    return "\n".join([*lines, "", *_accuracy(plan)]) + "\n"
+    end = ("", f"  {last}") if last else ()
+    title = f"{plan.name} on {plan.target['name']}"
+    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
 
 
 def _chosen(plan: Plan) -> str:
@@ -98,45 +100,40 @@ def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
     return _figure(bound["value"], unit) + share
 
 
-def _accuracy(plan: Plan) -> list[str]:
-    header = ("output", "largest error", "rms error", "bound")
-    table = [header]
+_ACCURACY = ("output", "largest error", "rms error", "bound")
+
+
+def _accuracy(plan: Plan) -> Table:
+    rows = []
     for output in plan.problem["outputs"]:
         figures = plan.accuracy[output["name"]]
         unit = " rad" if output["angle"] else ""
         seen = figures["observed"]
         bound = _bound(figures["bound"], unit)
-        table.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
-    return _table(table)
+        rows.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
+    return Table(_ACCURACY, tuple(rows))
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return [
-        "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]
-
-
-def comparison_text(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> str:
-    """Return the summary of a simulation, ending in a newline; `judged` holds what bounds the plan states."""
-    lines = [
+def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> Sheet:
+    """Return the summary of a simulation; `judged` holds what bounds the plan states."""
+    title = (
         f"{plan.name} on {plan.target['name']}: "
         f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
-    ]
+    )
+    lines = []
     if comparison.lost:
         lines.append(f"  {count(comparison.lost, 'sample')} that the equations can do came out invalid")
     if comparison.gained:
         gained = count(comparison.gained, "sample")
         lines.append(f"  {gained} outside the domain of the equations came out valid")
-    rows: list[tuple[str, ...]] = [("output", "largest error", "rms error", "bound")]
-    if judged:
-        rows[0] += ("holds for", "beyond")
+    header = _ACCURACY + (("holds for", "beyond") if judged else ())
+    rows: list[tuple[str, ...]] = []
     for output in plan.problem["outputs"]:
         name, unit = output["name"], " rad" if output["angle"] else ""
         seen = comparison.observed[name]
         row = (name, _figure(seen.max, unit), _figure(seen.rms, unit))
         rows.append((*row, *_judged(plan, judged.get(name), name, unit)) if judged else (*row, "not derived"))
-    return "\n".join([*lines, *_table(rows)]) + "\n"
+    return Sheet(title, (*lines, Table(header, tuple(rows))))
 
 
 def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[str, str, str]:

@@ -18,7 +18,7 @@ from cordicc.arith.fixed_system import FixedSystem
 from cordicc.arith.intervals import Interval
 from cordicc.checks import input_intervals, input_samples
 from cordicc.diagnostics import Diagnostic, Severity, Source, Unattainable
-from cordicc.emulate.climb import climb
+from cordicc.emulate.climb import climb, climbing
 from cordicc.ir.contraction import contracted
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
@@ -26,6 +26,7 @@ from cordicc.ir.ranges import refreshed, value_ranges
 from cordicc.ir.reference import evaluate
 from cordicc.ir.subdivision import Goal, tightened
 from cordicc.poles import example_of, place
+from cordicc.rewrite import numeric
 
 Spec = dict[str, int]
 
@@ -189,7 +190,7 @@ def _unproven(
     bound: float,
 ) -> tuple[float, Diagnostic | None]:
     """Return what the format of a value holds whose range is not known well, and a warning."""
-    peak, at = _climbed(problem, graph, value, samples)
+    peak, at = _climbed(problem, graph, value, samples, seen)
     if bound <= peak * 2.0**_LOOSE_BITS < math.inf:
         return bound, None
     if not peak and bound < math.inf:
@@ -209,25 +210,35 @@ def _unproven(
 
 
 def _climbed(
-    problem: Problem, graph: Graph, value: Value, samples: Mapping[str, np.ndarray]
+    problem: Problem, graph: Graph, value: Value, samples: Mapping[str, np.ndarray], seen: np.ndarray
 ) -> tuple[float, dict[str, np.ndarray]]:
     """Return the largest magnitude of a value that a random local search finds, and the input.
 
-    Where the problem has samples, they are the workspace and all that is looked at.
+    The search goes by double precision; what it finds is evaluated in high precision.  Where the problem has
+    samples, they are the workspace and all that is looked at.
     """
     part = Graph(graph.nodes[: value.node + 1], {"value": value})
 
-    def measure(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        numbers, valid = evaluate(part, columns)
-        return np.where(valid & ~np.isnan(numbers["value"]), np.abs(numbers["value"]), -1.0)
+    def height(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        size = np.abs(numeric.evaluate(part, columns)[value.node][value.result])
+        return np.where(np.isfinite(size), size, -1.0)
 
-    points, heights = climb(
+    search = climbing(
         input_intervals(problem),
         samples,
-        measure,
         climbers=_CLIMBERS,
         rounds=_CLIMBS if problem.samples is None else 0,
         towards_poles=True,
     )
-    top = int(np.argmax(heights))
-    return max(0.0, float(heights[top])), {name: column[top : top + 1] for name, column in points.items()}
+    points, _ = climb(search, height)
+    peak, at = _peak(part, points)
+    # Where rounding has led the search astray, a sample is higher.
+    return (peak, at) if peak >= np.max(seen, initial=0.0) else _peak(part, samples)
+
+
+def _peak(part: Graph, points: Mapping[str, np.ndarray]) -> tuple[float, dict[str, np.ndarray]]:
+    """Return the largest magnitude of the output of a graph among points, and where it is."""
+    numbers, _ = evaluate(part, points)
+    sizes = np.nan_to_num(np.abs(numbers["value"]), nan=0.0)
+    top = int(np.argmax(sizes))
+    return float(sizes[top]), {name: column[top : top + 1] for name, column in points.items()}

@@ -19,8 +19,8 @@ from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.network import Network, Step
 from cordicc.certify.predicates import Predicate, margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
-from cordicc.certify.sweep import errors, forward, least_square
-from cordicc.emulate.climb import climb
+from cordicc.certify.sweep import Forward, errors, forward, least_square
+from cordicc.emulate.climb import climb_all, climbing
 
 _OCTAVES = 11
 """A margin 2^-11 of the median is demanded, an own bound 2^11 of the median is allowed.
@@ -88,7 +88,18 @@ def certify(
     seen = forward(net, net.steps, points, {})
     demanded, proven = _margins(net, {i: np.sqrt(np.maximum(s.lo, 0)) for i, s in seen.squares.items()})
     goals = wanted or {}
-    return {o: _bound(net, o, demanded, proven, kept, goals.get(o)) for o in net.outputs}
+    outputs = tuple(net.outputs)
+    found = _largest_own(net, outputs, kept, demanded)
+    boxes = {o: _over_boxes(net, o, demanded, proven, found[o], goals.get(o)) for o in outputs}
+    loose = [o for o in outputs if not boxes[o].suffices]
+    alone = _largest_own(net, loose, kept, {}) if loose else {}
+    bounds = {}
+    for output in outputs:
+        bounds[output] = boxes[output].bound
+        if output in alone:
+            own = _own(net, output, seen, {})
+            bounds[output] = boxes[output].or_better(_conditioned(own, alone[output], goals.get(output)))
+    return bounds
 
 
 def _margins(net: Network, seen: Mapping[str, Floats]) -> tuple[dict[str, float], dict[str, float]]:
@@ -127,14 +138,55 @@ def _short(number: float) -> float:
     return float(f"{math.floor(number / scale) * scale:.3g}")
 
 
-def _bound(
+def _largest_own(
+    net: Network, outputs: Sequence[str], samples: Mapping[str, Floats], demanded: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the largest own bound of each output that a search finds where the margins are as demanded."""
+
+    def heights(each: Sequence[Mapping[str, Floats]]) -> list[Floats]:
+        together = {name: np.concatenate([points[name] for points in each]) for name in net.inputs}
+        made = forward(net, net.steps, {name: Boxes(c, c) for name, c in together.items()}, {})
+        found, start = [], 0
+        for output, points in zip(outputs, each, strict=True):
+            own = _own(net, output, made, demanded)
+            end = start + len(next(iter(points.values())))
+            found.append(np.where(np.isfinite(own), own, -np.inf)[start:end])
+            start = end
+        return found
+
+    searches = [climbing(net.inputs, samples, climbers=_CLIMBERS, rounds=_CLIMBS) for _ in outputs]
+    tops = climb_all(searches, heights)
+    return {output: float(top.max(initial=0.0)) for output, (_, top) in zip(outputs, tops, strict=True)}
+
+
+@dataclass(frozen=True, slots=True)
+class _OverBoxes:
+    """The bound where margins are as demanded, infinite if there is none; and whether it is good enough."""
+
+    value: float
+    where: tuple[Predicate, ...]
+    suffices: bool
+
+    @property
+    def bound(self) -> Bound:
+        return Bound(self.value, self.where)
+
+    def or_better(self, other: Bound) -> Bound:
+        """Return this bound, or the other one if it is smaller."""
+        if math.isfinite(self.value) and (other.value is None or other.value >= self.value):
+            return self.bound
+        return other
+
+
+def _over_boxes(
     net: Network,
     output: str,
     demanded: Mapping[str, float],
     proven: Mapping[str, float],
-    samples: Mapping[str, Floats],
+    found: float,
     wanted: float | None,
-) -> Bound:
+) -> _OverBoxes:
+    """Return the bound by a subdivision of the inputs' ranges; `found` is the largest own bound found."""
     steps = net.upstream(output)
     names = [name for name in net.inputs if name in net.needed(steps, (net.outputs[output],))]
     where = tuple(margin(s, demanded[s.id]) for s in steps if demanded.get(s.id))
@@ -143,39 +195,18 @@ def _bound(
     def over(boxes: Mapping[str, Boxes]) -> Floats:
         return errors(net, steps, output, forward(net, steps, boxes, known))
 
-    def found_under(margins: Mapping[str, float]) -> float:
-        """Return the largest own bound that a search finds."""
-
-        def height(points: Mapping[str, Floats]) -> Floats:
-            own = _own(net, steps, output, points, margins)
-            return np.where(np.isfinite(own), own, -np.inf)
-
-        _, heights = climb(net.inputs, samples, height, climbers=_CLIMBERS, rounds=_CLIMBS)
-        return float(heights.max(initial=0.0))
-
-    found = found_under(demanded)
     boxes = min(_MOST_BOXES, _STEP_BOXES // ((len(steps) + 1) * len(net.outputs)))
     if where and largest(net.inputs, names, over, Search(_HOPELESS * found, boxes // 8)) > _HOPELESS * found:
         boxes = 0
     enough = _ENOUGH * found if wanted is None or wanted < found else min(_ENOUGH * found, wanted)
     value = largest(net.inputs, names, over, Search(enough, boxes)) if boxes else math.inf
     within = value <= _LOOSE * found and not (wanted is not None and value > wanted)
-    if math.isfinite(value) and (within or not where):
-        return Bound(value, where)
-    conditioned = _conditioned(_own(net, steps, output, samples, {}), found_under({}), wanted)
-    better = conditioned.value is not None and (not math.isfinite(value) or conditioned.value < value)
-    return conditioned if better or not math.isfinite(value) else Bound(value, where)
+    return _OverBoxes(value, where, math.isfinite(value) and (within or not where))
 
 
-def _own(
-    net: Network,
-    steps: Sequence[Step],
-    output: str,
-    points: Mapping[str, Floats],
-    demanded: Mapping[str, float],
-) -> Floats:
-    """Return the own bounds of samples, -inf where a margin is less than demanded."""
-    made = forward(net, steps, {name: Boxes(points[name], points[name]) for name in net.inputs}, {})
+def _own(net: Network, output: str, made: Forward, demanded: Mapping[str, float]) -> Floats:
+    """Return the own bounds of samples by their forward sweep, -inf where a margin is less than demanded."""
+    steps = net.upstream(output)
     own = errors(net, steps, output, made)
     for step in steps:
         if demanded.get(step.id):

@@ -88,7 +88,7 @@ def inside(
 
 def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> NDArray[np.bool_]:
     """Tell which samples meet conditions, given their forward sweep over at least what is upstream."""
-    kept = ~made.empty
+    kept = ~made.empty(net.upstream(output))
     for condition in conditions:
         if condition.kind == OWN_BOUND:
             kept &= errors(net, net.upstream(output), output, made) <= condition.threshold

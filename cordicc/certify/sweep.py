@@ -32,24 +32,40 @@ from cordicc.certify.unit_models import Local
 
 @dataclass(slots=True)
 class Forward:
-    """What the forward sweep has found: boxes and movement by name, operations by id, empty boxes."""
+    """What the forward sweep has found: boxes and movement by name, operations by id, empty boxes.
+
+    `empties` are the boxes that each operation, by its id, shows to be empty.
+    """
 
     count: int
     values: dict[str, Boxes]
     moved: dict[str, Floats]
     locals: dict[str, Local]
     squares: dict[str, Boxes]
-    empty: NDArray[np.bool_]
+    empties: dict[str, NDArray[np.bool_]]
     exact: bool
     limited: bool
+
+    def empty(self, steps: Sequence[Step]) -> NDArray[np.bool_]:
+        """Return the boxes that some operations show to be empty."""
+        found = np.zeros(self.count, dtype=bool)
+        for step in steps:
+            if step.id in self.empties:
+                found |= self.empties[step.id]
+        return found
+
+    def mark(self, step: Step, boxes: NDArray[np.bool_]) -> None:
+        """Note that an operation shows some boxes to be empty."""
+        known = self.empties.get(step.id)
+        self.empties[step.id] = boxes if known is None else known | boxes
 
     def operand(self, operand: str | Constant) -> tuple[Boxes, Floats]:
         """Return the box of an operand and how far it moves."""
         if isinstance(operand, Constant):
             exact = operand.interval
             error = 0.0 if self.exact else operand.error
-            box = Boxes(np.full(self.count, exact.lo), np.full(self.count, exact.hi)).widened(error)
-            return box, np.full(self.count, error)
+            box = Boxes(np.full(self.count, exact.lo), np.full(self.count, exact.hi))
+            return (box.widened(error) if error else box), np.full(self.count, error)
         return self.values[operand], self.moved[operand]
 
 
@@ -73,7 +89,7 @@ def forward(
         limited: use what holds for valid samples only: formats and proven ranges.
     """
     count = len(next(iter(boxes.values())).lo)
-    made = Forward(count, {}, {}, {}, {}, np.zeros(count, dtype=bool), exact, limited)
+    made = Forward(count, {}, {}, {}, {}, {}, exact, limited)
     for name, box in boxes.items():
         error = np.zeros(count) if exact else rounding(net.formats.values[name], box.magnitude)
         made.values[name], made.moved[name] = box.widened(error), error
@@ -89,7 +105,7 @@ def _advance(net: Network, step: Step, threshold: float, made: Forward) -> None:
     if square is not None:
         made.squares[step.id] = square
         least = threshold * threshold
-        made.empty |= square.hi < least
+        made.mark(step, square.hi < least)
         low = np.maximum(square.lo, least * (1 - 2.0**-50))
         square = Boxes(low, np.maximum(square.hi, low))
     found = local(step, operands, square, moved)
@@ -107,7 +123,7 @@ def _advance(net: Network, step: Step, threshold: float, made: Forward) -> None:
         value = found.values[result].widened(own)
         for limit in _limits(net, step, result) if made.limited else ():
             wider = limit.widened(change)
-            made.empty |= value.apart(wider)
+            made.mark(step, value.apart(wider))
             value = value.meet(wider)
         made.values[name], made.moved[name] = value, change
 
@@ -129,13 +145,13 @@ def _limits(net: Network, step: Step, result: int) -> list[Boxes]:
 
 def errors(net: Network, steps: Sequence[Step], output: str, made: Forward) -> Floats:
     """Return the bound of an output's error for each box; -inf where no sample counts, inf without bound."""
-    source = net.outputs[output]
+    source, empty = net.outputs[output], made.empty(steps)
     total = _leaving(net, output, made)
     if isinstance(source, Constant):
-        return np.where(made.empty, -np.inf, total + source.error)
+        return np.where(empty, -np.inf, total + source.error)
     adjoints = {source: point(1.0, made.count)}
     total = up(total + _backward(steps, made, adjoints))
-    return np.where(made.empty, -np.inf, np.where(np.isnan(total), np.inf, total))
+    return np.where(empty, -np.inf, np.where(np.isnan(total), np.inf, total))
 
 
 def least_square(
@@ -150,7 +166,7 @@ def least_square(
     made = forward(net, steps, boxes, thresholds)
     least = made.squares[last.id].lo
     if any(step.op in CHOOSER for step in steps):
-        return least, made.empty
+        return least, made.empty(steps)
     middles = {name: (box.lo + box.hi) / 2 for name, box in boxes.items()}
     centre = forward(net, steps, {n: Boxes(m, m) for n, m in middles.items()}, {}, exact=True, limited=False)
     whole = forward(net, steps, boxes, {}, limited=False)
@@ -168,7 +184,7 @@ def least_square(
     }
     total = up(total + _backward(steps[:-1], whole, adjoints, radius))
     centred = centre.squares[last.id].lo - total
-    return np.where(np.isfinite(centred), np.maximum(least, centred), least), made.empty
+    return np.where(np.isfinite(centred), np.maximum(least, centred), least), made.empty(steps)
 
 
 def _backward(

@@ -99,8 +99,15 @@ def rotate(step: Step, w: Sequence[Boxes]) -> Local:
         first, second = first.within(radius), second.within(radius)
         joint = up(bound.error(radius, _place(unit, x, y)) + _UNDERFLOW)
         return Local((first, second), ((c, -s, -second), (s, c, first)), (zero.lo, zero.lo), joint)
+    # On the light cone (x + y) grows by e^z and (x - y) by e^-z: tight where one of them is 0.
+    same = step.operands[0] == step.operands[1]
+    growth, difference = z.monotone(np.exp), zero if same else x - y
+    grown, shrunk = (x + y) * growth, difference * (-z).monotone(np.exp)
+    first, second = first.meet((grown + shrunk).scaled(0.5)), second.meet((grown - shrunk).scaled(0.5))
     size = np.maximum(first.magnitude, second.magnitude)
     own = up(bound.error(size, _place(unit, x, y)) + _UNDERFLOW)
+    if same:
+        c, s = growth, zero  # what both ways from x to a result add up to
     return Local((first, second), ((c, s, second), (s, c, first)), (own, own))
 
 

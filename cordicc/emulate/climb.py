@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,23 +16,58 @@ _LARGEST_STEP = 0.5
 """Of the range of a coordinate."""
 
 
-def climb(
+Climb = Generator[Points, Floats, tuple[Points, Floats]]
+"""A search: yields points, is sent their heights, returns the highest points and their heights."""
+
+
+def climb(search: Climb, height: Callable[[Points], Floats]) -> tuple[Points, Floats]:
+    """Return the highest points that a search finds and their heights.
+
+    Args:
+        search: see `climbing`.
+        height: of points; -inf where there is none.
+    """
+    (found,) = climb_all([search], lambda points: [height(points[0])])
+    return found
+
+
+def climb_all(
+    searches: Sequence[Climb], heights: Callable[[Sequence[Points]], Sequence[Floats]]
+) -> list[tuple[Points, Floats]]:
+    """Return what several searches of as many rounds find; their points are evaluated together.
+
+    Args:
+        searches: see `climbing`.
+        heights: of the points of each search.
+    """
+    asked = [next(search) for search in searches]
+    while True:
+        answers = heights(asked)
+        asked, found = [], []
+        for search, answer in zip(searches, answers, strict=True):
+            try:
+                asked.append(search.send(answer))
+            except StopIteration as end:
+                found.append(end.value)
+        if not asked:
+            return found
+
+
+def climbing(
     ranges: Mapping[str, Interval],
     start: Mapping[str, Floats],
-    height: Callable[[Points], Floats],
     *,
     climbers: int,
     rounds: int,
     seed: int = 2,
     octaves: int = 24,
     towards_poles: bool = False,
-) -> tuple[Points, Floats]:
-    """Return the highest points found and their heights, both of shape (climbers,), fewer if there are fewer.
+) -> Climb:
+    """Search for high points; both results are of shape (climbers,), fewer if there are fewer to start from.
 
     Args:
         ranges: of the coordinates.
         start: points to start from, of which the highest are taken.
-        height: of points; -inf where there is none.
         climbers: points that climb at the same time.
         rounds: steps, each of a size drawn anew, from half of a range down to 2^-`octaves` of that.
         seed: of the random steps.
@@ -41,7 +76,7 @@ def climb(
             no value: steps double with success and halve without, and are reflected at the ends.
     """
     random = np.random.Generator(np.random.PCG64(seed))
-    heights = height(dict(start))
+    heights = yield dict(start)
     best = np.argsort(-heights, kind="stable")[:climbers]
     points = {name: column[best] for name, column in start.items()}
     heights = heights[best]
@@ -59,7 +94,7 @@ def climb(
             if towards_poles:
                 there = np.where(there > hi, 2 * hi - there, np.where(there < lo, 2 * lo - there, there))
             moved[name] = np.clip(there, lo, hi)
-        reached = height(moved)
+        reached = yield moved
         higher = reached > heights
         size = np.where(higher, np.minimum(2 * size, _LARGEST_STEP), size / 2)
         heights = np.where(higher, reached, heights)

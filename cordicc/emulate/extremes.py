@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.intervals import Interval
-from cordicc.emulate.climb import climb
+from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.emulate.screening import screen
 from cordicc.emulate.streaming import Outputs, Samples
@@ -47,13 +47,10 @@ def search(
         return np.where(defined & outputs["valid"] & np.isfinite(error), error, -np.inf)
 
     columns = {name: np.repeat([start.inputs[name] for start in starts], _FROM_EACH) for name in ranges}
+    climbers = _FROM_EACH * len(starts)
     points, _ = climb(
-        ranges,
-        columns,
+        climbing(ranges, columns, climbers=climbers, rounds=_ROUNDS, octaves=_OCTAVES),
         lambda points: heights(points, *screen(graph, points)),
-        climbers=_FROM_EACH * len(starts),
-        rounds=_ROUNDS,
-        octaves=_OCTAVES,
     )
     errors = heights(points, *evaluate(graph, points))
     top = int(errors.argmax())

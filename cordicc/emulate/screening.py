@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.arith.decimals import double_shift, nearest_double
 from cordicc.ir.graph import Graph, Param, Value
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ def screen(graph: Graph, inputs: Mapping[str, Floats]) -> tuple[dict[str, Floats
             if node.op == "input":
                 made: Any = inputs[str(node.params[0])]
             elif node.op == "const":
-                made = np.full(count, float(Fraction(node.params[0])))
+                made = np.full(count, nearest_double(Fraction(node.params[0])))
             else:
                 made = _OPERATIONS[node.op](node.params, *(values[operand] for operand in node.operands))
             for result, column in enumerate(made if isinstance(made, tuple) else (made,)):
@@ -53,8 +54,8 @@ def _angle(y: Floats, x: Floats) -> Floats:
 def _power(params: tuple[Param, ...], a: Floats) -> Floats:
     exponent = Fraction(params[0])
     if exponent.denominator == 1:
-        return np.power(a, float(exponent))
-    return np.power(np.sqrt(a), float(exponent.numerator))
+        return np.power(a, nearest_double(exponent))
+    return np.power(np.sqrt(a), nearest_double(Fraction(exponent.numerator)))
 
 
 def _guard(params: tuple[Param, ...], a: Floats, s: Floats) -> Floats:
@@ -106,8 +107,8 @@ _OPERATIONS: dict[str, _Operation] = {
     "add": _plain(np.add),
     "sub": _plain(np.subtract),
     "mul": _plain(np.multiply),
-    "cmul": lambda params, a: a * float(Fraction(params[0])),
-    "shift": lambda params, a: np.ldexp(a, np.int32(params[0])),
+    "cmul": lambda params, a: a * nearest_double(Fraction(params[0])),
+    "shift": lambda params, a: np.ldexp(a, double_shift(Fraction(params[0]))),
     "neg": _plain(np.negative),
     "abs": _plain(np.abs),
     "sign": _plain(np.sign),

@@ -9,11 +9,13 @@ from cordicc.diagnostics import Span
 from cordicc.frontend.loops import solve_loop
 from cordicc.frontend.lower import ANGLE, LinearForm, linear_form, lower_all
 from cordicc.frontend.parsed import ParsedEquation
-from cordicc.frontend.scope import MAX_ERRORS, Scope
+from cordicc.frontend.scope import MAX_ERRORS, Scope, TooManyError
 from cordicc.frontend.solve import solve
 from cordicc.frontend.zero import ZeroTest
 from cordicc.ir.graph import Value
 from cordicc.ir.problem import Equation
+
+SPLIT = "divide it into several files"
 
 
 @dataclass(slots=True)
@@ -62,7 +64,11 @@ def define_equations(
         scope.builder.origin = equation.label or equation.target
         if not equation.hidden and not _announce(equation, scope, defined, refused):
             continue
-        value, form = _value(equation, scope, zeros)
+        try:
+            value, form = _value(equation, scope, zeros)
+        except TooManyError as error:
+            scope.report.error("E104", str(error), equation.span, SPLIT)
+            break
         target = equation.target
         scope.later.pop(target, None)
         defined.order[target] = len(defined.targets)

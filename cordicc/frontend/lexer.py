@@ -12,6 +12,7 @@ from cordicc.frontend.hints import NO_CONDITIONALS
 from cordicc.ir.fold import LARGEST, SMALLEST
 
 MAX_TOKENS = 20_000
+MAX_NAME = 100
 _MAX_DIGITS = 400
 
 
@@ -96,6 +97,8 @@ def _token(text: str, at: int) -> Token:
     name = _NAME.match(text, at)
     if name:
         end = name.end()
+        if end - at > MAX_NAME:
+            raise ExpressionError("E207", f"a name has at most {MAX_NAME} characters", at, end)
         if end < len(text) and not text[end].isascii() and text[end].isalnum():
             raise _foreign(text, end)
         return Token(Kind.NAME, name[0], at, end)

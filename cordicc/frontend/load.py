@@ -10,11 +10,12 @@ from fractions import Fraction
 from pathlib import Path
 
 from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.files import read_bytes
 from cordicc.frontend.alternatives import ALL, with_alternatives
 from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
-from cordicc.frontend.equations import Defined, define_equations
+from cordicc.frontend.equations import SPLIT, Defined, define_equations
 from cordicc.frontend.items import parse_equations
-from cordicc.frontend.lexer import ExpressionError
+from cordicc.frontend.lexer import MAX_NAME, ExpressionError
 from cordicc.frontend.outputs import OutputReader
 from cordicc.frontend.reading import (
     check_keys,
@@ -25,14 +26,15 @@ from cordicc.frontend.reading import (
     wanted,
 )
 from cordicc.frontend.samples import read_samples
-from cordicc.frontend.scope import MAX_ERRORS, Scope
+from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, TooManyError
 from cordicc.frontend.syntax import names, parse_expression
 from cordicc.frontend.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.zero import ZeroTest
-from cordicc.ir.graph import Builder, Graph
+from cordicc.ir.graph import Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 
 KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
+MAX_DESCRIPTION = 10_000
 _DEGREES = ("deg", "degs", "degree", "degrees", "°")
 _PLAIN = re.compile(r"[-+]?[0-9.]+")
 
@@ -69,12 +71,11 @@ def _read_source(file: Path) -> tuple[Source, bool]:
         return InvalidInput([Diagnostic(code, message, None, hint, source=source or Source(name, ""))])
 
     try:
-        if file.is_dir():
-            raise fail("E100", "this is a directory, not a problem file")
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+        data = read_bytes(file, MAX_BYTES)
     except FileNotFoundError:
         raise fail("E100", "there is no such file") from None
+    except IsADirectoryError:
+        raise fail("E100", "this is a directory, not a problem file") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise fail("E100", f"the file cannot be read: {reason}") from None
@@ -102,7 +103,11 @@ def _parse(source: Source, base: Path | None, bom: bool) -> LoadedProblem:
     root = read_tree(source, report)
     if root is None:
         raise InvalidInput(report.ordered())
-    problem = _Loader(Places(source), report, base).load(root)
+    problem = None
+    try:
+        problem = _Loader(Places(source), report, base).load(root)
+    except TooManyError as error:
+        report.error("E104", str(error), None, SPLIT)
     if report.failed or problem is None:
         shown = report.first(MAX_ERRORS)
         if report.errors >= MAX_ERRORS:
@@ -116,7 +121,7 @@ class _Loader:
         self.places = places
         self.report = report
         self.base = base
-        self.scope = Scope(Builder(), report)
+        self.scope = Scope(LimitedBuilder(), report)
         self.constants: dict[str, Fraction] = {}
         self.inputs: list[InputSpec] = []
         self.all_branches = False
@@ -133,7 +138,11 @@ class _Loader:
         parts = check_keys(root, KEYS, self.report)
         name = self.read_name(parts.get("name"))
         description = parts.get("description")
-        about = (read_text(description, "'description'", self.report) or "") if description else ""
+        about = (
+            (read_text(description, "'description'", self.report, MAX_DESCRIPTION) or "")
+            if description
+            else ""
+        )
         self.all_branches = self.read_branches(parts.get("branches"))
         self.read_constants(parts.get("constants"), parts.get("inputs"))
         self.read_inputs(parts.get("inputs"), root)
@@ -154,9 +163,9 @@ class _Loader:
         if node is None or node.is_null:
             stem = re.sub(r"[^\w.+-]", "_", Path(self.report.source.name if self.report.source else "").stem)
             return stem.lstrip(".") or "problem"
-        text = read_text(node, "'name'", self.report)
+        text = read_text(node, "'name'", self.report, MAX_NAME)
         if text is not None and (
-            not text.strip() or len(text) > 100 or text.startswith(".") or re.search(r"[/\\\x00-\x1f]", text)
+            not text.strip() or text.startswith(".") or re.search(r"[/\\\x00-\x1f]", text)
         ):
             hint = "use letters, digits, '-' and '_'"
             self.report.error("E202", "the name must be usable as the name of a folder", node.span, hint)
@@ -213,7 +222,7 @@ class _Loader:
         if node.kind is NodeKind.MAPPING:
             entries = check_keys(node, ("range", "unit"), self.report)
             unit_node, span_node = entries.get("unit"), entries.get("range")
-            unit = read_text(unit_node, "'unit'", self.report) if unit_node is not None else None
+            unit = read_text(unit_node, "'unit'", self.report, MAX_NAME) if unit_node is not None else None
             if span_node is None:
                 self.report.error("E208", f"the input '{name}' has no range", node.span)
                 return None
@@ -255,7 +264,13 @@ class _Loader:
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
         written = parse_equations(node, self.places, self.scope, self.all_branches)
         parsed, variants = with_alternatives(written, self.report)
-        return define_equations(parsed, self.scope, ZeroTest(self.scope.builder, all_ranges), variants)
+        zeros = ZeroTest(self.scope.builder, all_ranges)
+        defined = define_equations(parsed, self.scope, zeros, variants)
+        for name in dict.fromkeys(zeros.given_up.values()):
+            message = f"a coefficient in '{name}' seems to be 0, but is too large for a proof: it is computed"
+            hint = "simplify the equation by hand if the coefficient cancels"
+            self.report.warning("W107", message, defined.spans.get(name), hint)
+        return defined
 
     def read_branches(self, node: YamlNode | None) -> bool:
         """Return whether every solve is wanted with both branches."""
@@ -275,7 +290,7 @@ class _Loader:
             samples = read_samples(node, self.base, self.inputs, self.report)
         if (node := parts.get("assume")) is None or node.is_null:
             return samples, Assumptions((), Graph((), {}))
-        scope = Scope(Builder(), self.report)
+        scope = Scope(LimitedBuilder(), self.report)
         made = [*defined.uses, *defined.labels.values()]
         scope.outside = dict.fromkeys(made, "defined by an equation")
         known = [name for name in self.scope.lines if name not in scope.outside]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from cordicc.diagnostics import Report
-from cordicc.frontend.lexer import ExpressionError
+from cordicc.frontend.lexer import MAX_NAME, ExpressionError
 from cordicc.frontend.lower import lower
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
 from cordicc.frontend.syntax import parse_expression
@@ -50,10 +50,13 @@ def read_mapping(node: YamlNode, what: str, form: str, report: Report) -> list[t
     return list(node.pairs)
 
 
-def read_text(node: YamlNode, what: str, report: Report) -> str | None:
-    """Return a text; None after a diagnostic."""
+def read_text(node: YamlNode, what: str, report: Report, most: int) -> str | None:
+    """Return a text of at most so many characters; None after a diagnostic."""
     if node.kind is not NodeKind.SCALAR:
         report.error("E202", wanted(what, "a text", node), node.span)
+        return None
+    if len(node.value) > most:
+        report.error("E104", f"{what} has more than {most} characters", node.span)
         return None
     return node.value
 
@@ -68,8 +71,10 @@ def read_boolean(node: YamlNode, what: str, report: Report) -> bool | None:
 
 def check_name(key: YamlNode, scope: Scope) -> bool:
     """Report whether a key can be defined as a name."""
-    if not NAME.fullmatch(key.value):
+    if not NAME.fullmatch(key.value) or len(key.value) > MAX_NAME:
         hint = "a name is made of the letters A-Z a-z, digits and '_', and starts with no digit"
+        if len(key.value) > MAX_NAME:
+            hint = f"a name has at most {MAX_NAME} characters"
         scope.report.error("E207", f"'{key.value[:60]}' is not a name", key.span, hint)
         return False
     return scope.check_new(key.value, key.span, key.span.line)

@@ -81,7 +81,7 @@ def _read_columns(path: Path, wanted_names: Sequence[str]) -> dict[str, tuple[fl
 
 def _number(text: str, line: int) -> float:
     try:
-        number = float(text) if "_" not in text else math.nan
+        number = float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

@@ -6,15 +6,23 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from fractions import Fraction
+from itertools import islice
 
 from cordicc.diagnostics import Report, Span
 from cordicc.frontend.lexer import ExpressionError
 from cordicc.frontend.syntax import CONSTANT_NAMES, FUNCTIONS, Name, Place
 from cordicc.frontend.yamltree import Places, YamlNode
 from cordicc.ir.fold import DEG, PI
-from cordicc.ir.graph import Builder, Value
+from cordicc.ir.graph import Builder, Param, Value
 
 MAX_ERRORS = 100
+MAX_MADE = 50_000
+"""Operations that the expressions of a file may ask for, those that cancel included."""
+
+_MOST_COMPARED = 200
+_LONGEST_MISSPELT = 60
+"""Names that a misspelt one is compared with, and its characters."""
+
 BUILT_IN: dict[str, Fraction] = {"pi": PI, "deg": DEG}
 
 
@@ -41,6 +49,24 @@ class FileText(Text):
     def span(self, at: Place) -> Span:
         """Return the place in the file of a stretch of it."""
         return self.places.span(*at)
+
+
+class TooManyError(Exception):
+    """The expressions of a file ask for more than MAX_MADE operations."""
+
+    def __str__(self) -> str:
+        return f"the problem has more than {MAX_MADE} operations"
+
+
+class LimitedBuilder(Builder):
+    """A builder of no more than MAX_MADE operations; beyond, it raises TooManyError."""
+
+    def emit(self, op: str, operands: Iterable[Value] = (), params: Iterable[Param] = ()) -> Value:
+        """Return the first result of the operation, adding it if it is new."""
+        value = super().emit(op, operands, params)
+        if value.node >= MAX_MADE:
+            raise TooManyError
+        return value
 
 
 @dataclass(slots=True)
@@ -123,10 +149,20 @@ class Scope:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name nearest to a misspelt one, if there is one."""
+    """Return the known name nearest to a misspelt one, if there is one.
+
+    Of many names only those of about the same length and with the same ends are looked at.
+    """
     known = list(known)
-    same = [k for k in known if k.lower() == name.lower()]
-    near = same[:1] or get_close_matches(name, known, 1, 0.6)
+    same = next((k for k in known if k.lower() == name.lower()), None)
+    if same is not None or len(name) > _LONGEST_MISSPELT:
+        return same
+    if len(known) > _MOST_COMPARED:
+        alike = (
+            k for k in known if abs(len(k) - len(name)) <= 2 and k[:1] == name[:1] and k[-1:] == name[-1:]
+        )
+        known = list(islice(alike, _MOST_COMPARED))
+    near = get_close_matches(name, known, 1, 0.6)
     return near[0] if near else None
 
 

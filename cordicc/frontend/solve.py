@@ -97,10 +97,10 @@ def _linear(relation: Relation, expander: Expander, zeros: ZeroTest) -> _Linear 
     if left is None or right is None:
         return None
     difference = maths.add(left, right, -1)
-    cosine, sine = ("cos", "sin") if expander.system != -1 else ("cosh", "sinh")
+    cosine, sine = _functions(expander)
     for powers, value in difference.items():
         if powers not in ((0, 0), (1, 0), (0, 1)) and not maths.vanishes(value, zeros):
-            raise _not_linear(relation.at, expander, powers, cosine, sine)
+            raise _not_linear(relation.at, expander, powers, value in zeros.given_up)
     zero = maths.builder.const(0)
     B, A = (
         zero if maths.vanishes(v, zeros) else v
@@ -114,14 +114,17 @@ def _linear(relation: Relation, expander: Expander, zeros: ZeroTest) -> _Linear 
     return _Linear(A, B, constant.get((0, 0), zero))
 
 
+def _functions(expander: Expander) -> tuple[str, str]:
+    return ("cos", "sin") if expander.system != -1 else ("cosh", "sinh")
+
+
 def _constant(poly: Poly) -> Poly:
     return {k: v for k, v in poly.items() if k == (0, 0)}
 
 
-def _not_linear(
-    at: Place, expander: Expander, powers: tuple[int, int], cosine: str, sine: str
-) -> ExpressionError:
+def _not_linear(at: Place, expander: Expander, powers: tuple[int, int], given_up: bool) -> ExpressionError:
     unknown, hint = expander.unknown, None
+    cosine, sine = _functions(expander)
     multiples = {abs(multiple) for multiple in expander.multiples}
     if len(multiples) == 1 and multiples != {1}:
         hint = another_unknown(multiples.pop(), unknown)
@@ -130,6 +133,8 @@ def _not_linear(
         for name, power in zip((cosine, sine), powers, strict=True)
         if power
     ]
+    if given_up:
+        hint = "its coefficient seems to be 0, but is too large for a proof: simplify the equation by hand"
     message = f"the equation is not linear in {cosine}({unknown}) and {sine}({unknown})"
     return ExpressionError("E302", f"{message}: {'*'.join(parts)} does not cancel", *at, hint)
 

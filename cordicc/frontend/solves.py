@@ -90,7 +90,7 @@ def _unknowns(node: YamlNode, context: Context) -> Sequence[YamlNode]:
     """Return the names of the unknowns, one or two; none after a diagnostic."""
     report = context.report
     nodes = node.items if node.kind is NodeKind.SEQUENCE else (node,)
-    if any(n.kind is not NodeKind.SCALAR or not NAME.fullmatch(n.value) for n in nodes):
+    if any(n.kind is not NodeKind.SCALAR or n.is_null or not NAME.fullmatch(n.value) for n in nodes):
         report.error("E207", "'for' must be the name of the unknown", node.span)
         return ()
     if node.kind is NodeKind.SEQUENCE and (len(nodes) != 2 or nodes[0].value == nodes[1].value):

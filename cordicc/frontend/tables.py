@@ -43,7 +43,7 @@ def parse_table(node: YamlNode, key: Span, context: Context) -> list[ParsedEquat
     frame, convention, rows = (entries.get(name) for name in _KEYS)
     if frame is None:
         return []
-    if frame.kind is not NodeKind.SCALAR or not NAME.fullmatch(frame.value):
+    if frame.kind is not NodeKind.SCALAR or frame.is_null or not NAME.fullmatch(frame.value):
         report.error("E207", "'frame' must be a name such as T", frame.span)
         return []
     name = frame.value

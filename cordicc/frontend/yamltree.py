@@ -30,7 +30,7 @@ from cordicc.frontend.yamlerrors import explain
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
-MAX_NODES = 100_000
+MAX_NODES = 40_000
 _MAX_DUPLICATES = 100
 
 

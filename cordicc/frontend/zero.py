@@ -6,18 +6,14 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from heapq import heapify, heappop, heappush
-from typing import Any
 
+from cordicc.frontend.identities import Verdict, verdict
 from cordicc.frontend.numeric import evaluate_node
 from cordicc.ir.graph import Builder, Node, Value
 
 _POINTS = 24
 _SUSPICIOUS = 1e-9
-_MAX_NODES = 400
-_MAX_TERMS = 2000
-_NOISE = Fraction(1, 1 << 150)  # constants are rounded to 256 bits
 
 
 def cone(nodes: Sequence[Node], value: Value) -> list[int]:
@@ -88,11 +84,14 @@ class _Point:
 class ZeroTest:
     """Decides whether values of a graph under construction are identically zero.
 
-    `ranges` are those of the inputs.  What cannot be proven within the work limits counts as non-zero.
+    `ranges` are those of the inputs.  What cannot be proven within the budgets of `identities` counts as
+    non-zero; `given_up` has the values that look like zero but were too large for a proof, with the
+    equation for which they were made.
     """
 
     builder: Builder
     ranges: Mapping[str, tuple[float, float]]
+    given_up: dict[Value, str] = field(default_factory=dict)
     _points: list[_Point] = field(default_factory=list)
     _found: dict[Value, bool] = field(default_factory=dict)
 
@@ -122,101 +121,7 @@ class ZeroTest:
         return seen
 
     def _is_proven(self, value: Value) -> bool:
-        order = cone(self.builder.nodes, value)
-        if len(order) > _MAX_NODES or _terms(self.builder.nodes, order) > _MAX_TERMS:
-            return False
-        import sympy  # slow to import, and rarely needed
-
-        expr = _to_sympy(sympy, self.builder.nodes, order)
-        try:
-            return _vanishes(sympy, expr)
-        except RecursionError:
-            return False
-
-
-def _terms(nodes: Sequence[Node], order: Sequence[int]) -> int:
-    """Return a bound of the number of terms the last node has when multiplied out."""
-    counts: dict[int, int] = {}
-    for index in order:
-        node = nodes[index]
-        parts = [counts[v.node] for v in node.operands]
-        if node.op in ("add", "sub"):
-            count = sum(parts)
-        elif node.op in ("mul", "div"):
-            count = math.prod(parts)
-        elif node.op == "pow":
-            exponent = Fraction(node.params[0])
-            count = 1 if parts[0] == 1 else parts[0] ** math.ceil(abs(exponent))
-        else:
-            count = max(parts, default=1)
-        counts[index] = min(count, _MAX_TERMS + 1)
-    return max(counts.values())
-
-
-_WITH_ALGEBRA = "sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log"
-_DIRECT = frozenset(_WITH_ALGEBRA.split())
-
-
-def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:
-    """Return the last node as a SymPy expression; operations without algebra become symbols."""
-    made: dict[int, Any] = {}
-    for index in order:
-        node = nodes[index]
-        args = [made[v.node] for v in node.operands]
-        match node.op:
-            case "const":
-                number = Fraction(node.params[0])
-                result = sympy.Rational(number.numerator, number.denominator)
-            case "add":
-                result = args[0] + args[1]
-            case "sub":
-                result = args[0] - args[1]
-            case "mul":
-                result = args[0] * args[1]
-            case "div":
-                result = args[0] / args[1]
-            case "neg":
-                result = -args[0]
-            case "pow":
-                exponent = Fraction(node.params[0])
-                result = args[0] ** sympy.Rational(exponent.numerator, exponent.denominator)
-            case "guard":
-                result = args[0]
-            case "hypot":
-                result = sympy.sqrt(args[0] ** 2 + args[1] ** 2)
-            case op if op in _DIRECT:
-                result = getattr(sympy, op)(args[0])
-            case _:
-                result = sympy.Dummy(f"v{index}", real=True)
-        if result.has(sympy.nan, sympy.zoo, sympy.oo):
-            result = sympy.Dummy(f"v{index}", real=True)
-        made[index] = result
-    return made[order[-1]]
-
-
-def _vanishes(sympy: Any, expr: Any) -> bool:
-    for step in (lambda e: e, sympy.expand_trig, lambda e: sympy.together(e).as_numer_denom()[0]):
-        expr = _without_squares(sympy, sympy.expand(step(expr)))
-        if all(abs(k) < _NOISE for k in expr.as_coefficients_dict().values()):
-            return True
-        if expr.count_ops() > 4 * _MAX_TERMS:
-            return False
-    return False
-
-
-def _without_squares(sympy: Any, expr: Any) -> Any:
-    """Return the expression with sin**2 and sinh**2 replaced by the cosines, multiplied out."""
-    signs = {sympy.sin: -1, sympy.sinh: 1}
-
-    def lowered(base: Any, exponent: Any) -> Any:
-        sign = signs[base.func]
-        cosine = (sympy.cos if sign < 0 else sympy.cosh)(base.args[0])
-        half, rest = divmod(int(exponent), 2)
-        return (sign * (cosine**2 - 1)) ** half * base**rest
-
-    return sympy.expand(
-        expr.replace(
-            lambda e: e.is_Pow and e.base.func in signs and e.exp.is_Integer and e.exp > 1,
-            lambda e: lowered(e.base, e.exp),
-        )
-    )
+        found = verdict(self.builder.nodes, cone(self.builder.nodes, value))
+        if found is Verdict.TOO_LARGE:
+            self.given_up[value] = self.builder.origin
+        return found is Verdict.ZERO

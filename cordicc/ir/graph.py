@@ -97,6 +97,10 @@ class Graph:
                 todo.extend(v.node for v in self.nodes[index].operands)
         return seen
 
+    def leading_to(self, value: Value) -> Graph:
+        """Return the graph of one value alone, under the name "out"."""
+        return _restricted(self.nodes, sorted(self.live([value])), {"out": value})
+
     def downstream(self, node: int) -> list[int]:
         """Return the nodes that depend on a node, in order."""
         reached = {node}
@@ -155,13 +159,18 @@ class Builder:
         whole = Graph(tuple(self.nodes), dict(outputs))
         live = whole.live()
         kept = [i for i, node in enumerate(self.nodes) if i in live or node.op == "input"]
-        renumber = {old: new for new, old in enumerate(kept)}
+        return _restricted(self.nodes, kept, outputs)
 
-        def move(value: Value) -> Value:
-            return Value(renumber[value.node], value.result)
 
-        nodes = tuple(
-            Node(node.op, node.params, tuple(move(v) for v in node.operands), node.origin)
-            for node in (self.nodes[i] for i in kept)
-        )
-        return Graph(nodes, {name: move(value) for name, value in outputs.items()})
+def _restricted(nodes: Sequence[Node], kept: Sequence[int], outputs: Mapping[str, Value]) -> Graph:
+    """Return the graph of some nodes, in order, among them all that they depend on."""
+    renumber = {old: new for new, old in enumerate(kept)}
+
+    def move(value: Value) -> Value:
+        return Value(renumber[value.node], value.result)
+
+    moved = tuple(
+        Node(node.op, node.params, tuple(move(v) for v in node.operands), node.origin)
+        for node in (nodes[i] for i in kept)
+    )
+    return Graph(moved, {name: move(value) for name, value in outputs.items()})

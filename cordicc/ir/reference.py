@@ -26,12 +26,12 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
-_TRANSCENDENTAL = ("sin", "cos", "tan", "atan2", "exp", "log", "atan", "sinh", "cosh", "tanh", "pow", "wrap")
-_HEAVY = {
-    **dict.fromkeys((*_TRANSCENDENTAL, "solve_pair"), 4),
-    **dict.fromkeys(("asin", "acos", "asinh", "acosh", "atanh", "rotate", "vector", "lightcone"), 6),
-    **dict.fromkeys(("solve", "implicit"), 12),
+_TIMES = {
+    4: "sin cos tan atan atan2 sinh cosh tanh exp log pow wrap solve_pair",
+    6: "asin acos asinh acosh atanh rotate vector lightcone",
+    12: "solve implicit",
 }
+_HEAVY = {op: times for times, ops in _TIMES.items() for op in ops.split()}
 """How many times as long as a product operations take."""
 
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
@@ -92,14 +92,14 @@ def _evaluate_rounded(
         else:
             many = len(node.definition.results) > 1
             program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
-    shake = _shaker()
+    shake = _shaker() if jitter else None
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
     for sample in samples:
         for at, numbers in columns:
             values[at] = libmp.from_float(numbers[sample])
         for function, operands, at, many in program:
             arguments = [values[operand] for operand in operands]
-            if jitter:
+            if shake is not None:
                 arguments = [shake(argument) for argument in arguments]
             made = None if None in arguments else function(*arguments)
             if made is not None:

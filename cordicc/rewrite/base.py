@@ -17,10 +17,14 @@ Ranges = Sequence[tuple[Interval | None, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What a pass may rest on besides the graph: the range of each input and the user's goal."""
+    """What a pass may rest on besides the graph: the range of each input and the user's goal.
+
+    `floating`: numbers have exponents, so that large values do not cost small ones their digits.
+    """
 
     inputs: Mapping[str, Interval]
     goal: str = "processors"
+    floating: bool = True
 
     def ranges(self, graph: Graph) -> Ranges:
         """Return enclosures of every result of every node."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
     for goal in ("processors", "latency"):
         base = problem.graph
         for step in default_passes(implicit=True):
-            base = step.apply(base, Context(context.inputs, goal))
+            base = step.apply(base, replace(context, goal=goal))
         bases.append(base)
     points = sample_points(problem, bases, _POINTS)
     if points is None:

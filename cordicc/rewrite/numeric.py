@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.arith.decimals import double_shift, nearest_double
 from cordicc.ir.graph import Graph, Param
 
 Floats = NDArray[np.float64]
@@ -48,12 +49,12 @@ def _wrap(a: Floats) -> Floats:
 
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "const": lambda value: np.array(float(value)),
+    "const": lambda value: np.array(nearest_double(value)),
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
-    "cmul": lambda factor, a: float(factor) * a,
-    "shift": lambda exponent, a: 2.0 ** float(exponent) * a,
+    "cmul": lambda factor, a: nearest_double(factor) * a,
+    "shift": lambda exponent, a: np.ldexp(a, double_shift(exponent)),
     "neg": np.negative,
     "abs": np.abs,
     "sign": np.sign,

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
+from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.base import Context, Ranges, Rule, Site, transform
 
 _SATURATION = 20
+_FIXED_LARGE = 4
+"""Where cosh is 27, five bits on fixed point."""
+
 _COORDINATES = {"cos": 1, "sin": 1, "cosh": -1, "sinh": -1}
 
 
@@ -79,7 +84,7 @@ class Rotations:
 
     def apply(self, graph: Graph, context: Context) -> Graph:
         """Return the graph with rotations."""
-        graph = transform(graph, _quotients(context.ranges(graph)))
+        graph = transform(graph, _quotients(context.ranges(graph), floating=context.floating))
         chosen: dict[Value, tuple[Value, int, Turned]] = {}
         for (angle, m), uses in _collect(graph).items():
             if len({turned.vector() for turned in uses.values()}) == 1 or context.goal == "latency":
@@ -101,19 +106,32 @@ class Rotations:
         return transform(graph, rule)
 
 
-def _quotients(ranges: Ranges) -> Rule:
-    """Return the rule that writes tan and tanh as quotients.
+def _quotients(ranges: Ranges, *, floating: bool) -> Rule:
+    """Return the rule that writes tan and tanh, and sinh/cosh, as quotients of bounded numbers.
 
-    Beyond +-20 tanh is +-1 within 2^-56, so its argument is held there before cosh can overflow.
+    Beyond +-20 tanh is +-1 within 2^-56, so its argument is held there before cosh can overflow.  On fixed
+    point large functions leave few digits to small ones; there tanh z is (1 - e)/(1 + e) with the sign of
+    z, e = exp(-2 |z|), if z may be large.
     """
 
+    def large(angle: Value, most: int) -> bool:
+        interval = ranges[angle.node][angle.result]
+        return interval is None or interval.magnitude > most
+
     def rule(site: Site) -> tuple[Value, ...] | None:
-        if site.node.op not in ("tan", "tanh"):
+        builder, graph, node = site.builder, site.graph, site.node
+        if node.op == "div" and not floating:
+            ratio = _hyperbolic_ratio(graph, node.operands)
+            if ratio is None or not large(ratio[1], _FIXED_LARGE):
+                return None
+            return (builder.scale(ratio[0], _bounded_tanh(builder, site.new(ratio[1]))),)
+        if node.op not in ("tan", "tanh"):
             return None
-        builder, (angle,) = site.builder, site.operands
-        suffix = "h" if site.node.op == "tanh" else ""
-        interval = ranges[site.node.operands[0].node][site.node.operands[0].result]
-        if suffix and (interval is None or interval.magnitude > _SATURATION):
+        (angle,) = site.operands
+        suffix = "h" if node.op == "tanh" else ""
+        if suffix and not floating and large(node.operands[0], _FIXED_LARGE):
+            return (_bounded_tanh(builder, angle),)
+        if suffix and large(node.operands[0], _SATURATION):
             least, most = builder.const(-_SATURATION), builder.const(_SATURATION)
             angle = builder.apply("max", (least, builder.apply("min", (most, angle))[0]))[0]
         sine = builder.apply(f"sin{suffix}", (angle,))[0]
@@ -121,6 +139,24 @@ def _quotients(ranges: Ranges) -> Rule:
         return builder.apply("div", (sine, cosine))
 
     return rule
+
+
+def _hyperbolic_ratio(graph: Graph, operands: Sequence[Value]) -> tuple[Fraction, Value] | None:
+    """Return f and z of a quotient f sinh(z)/cosh(z), None for any other."""
+    (above, sine), (below, cosine) = (factored(graph.nodes, operand) for operand in operands)
+    first, second = graph.node(sine), graph.node(cosine)
+    if (first.op, second.op) != ("sinh", "cosh") or first.operands != second.operands:
+        return None
+    return above / below, first.operands[0]
+
+
+def _bounded_tanh(builder: Algebra, angle: Value) -> Value:
+    one = builder.const(1)
+    (size,) = builder.apply("abs", (angle,))
+    (e,) = builder.apply("exp", (builder.scale(Fraction(-2), size),))
+    (above,), (below,) = builder.apply("sub", (one, e)), builder.apply("add", (one, e))
+    (quotient,) = builder.apply("div", (above, below))
+    return builder.apply("flip", (quotient, angle))[0]
 
 
 def _term(graph: Graph, value: Value) -> Term | None:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import numpy as np
+
 from cordicc.ir.graph import Value
 from cordicc.rewrite.field import Poly, TooLarge, rational
 from cordicc.rewrite.keys import Key
@@ -14,6 +16,9 @@ from cordicc.rewrite.store import Store
 
 _TERMS = 24
 """Longer polynomials are not written out."""
+
+_CANCELS = 1.2
+"""Terms that are larger by this much show that digits cancel."""
 
 
 class Synthesis:
@@ -39,18 +44,52 @@ class Synthesis:
         return self._done[key]
 
     def expanded(self, poly: Poly) -> Value:
-        """Return a value as the sum of its terms, so that products of generators are shared."""
+        """Return a value as the sum of its terms, so that products of generators are shared.
+
+        Squares of cosines become those of sines where fewer digits cancel then: 1 - 2 sin^2 near angle 0.
+        """
         if len(poly) > _TERMS:
             raise TooLarge
         store = self._store
         total = store.const(0)
-        for powers, factor in poly.terms():
+        for powers, factor in self._conditioned(poly).terms():
             value = store.const(rational(factor))
             for index, power in enumerate(powers):
                 for _ in range(power):
                     value = store.mul(value, self._generator(index))
             total = store.add(total, value)
         return total
+
+    def _conditioned(self, poly: Poly) -> Poly:
+        """Return a polynomial with sines in place of squared cosines, if its terms are smaller for it."""
+        turned = self._store.rotors.turned
+        pairs = {(angle, m, result): index for index, (angle, m, result) in turned.items()}
+        for cosine in list(self._store.field.generators(poly)):
+            angle, m, result = turned.get(cosine, (None, 0, 1))
+            if result or poly.degrees()[cosine] < 2:
+                continue
+            assert angle is not None
+            gens = self._store.field.generator
+            square = 1 - m * gens(pairs[angle, m, 1]) ** 2
+            other = poly * 0
+            for powers, factor in poly.terms():
+                rest = (*powers[:cosine], powers[cosine] % 2, *powers[cosine + 1 :])
+                term = self._store.field.context.from_dict({rest: factor})
+                other = other + term * square ** (int(powers[cosine]) // 2)
+            if len(other) <= _TERMS and _CANCELS * self._terms_size(other) < self._terms_size(poly):
+                poly = other
+        return poly
+
+    def _terms_size(self, poly: Poly) -> float:
+        """Return the mean over the samples of the sum of the absolute values of the terms."""
+        total = np.zeros(1)
+        for powers, factor in poly.terms():
+            term = np.array(abs(float(rational(factor))))
+            for index, power in enumerate(powers):
+                if power:
+                    term = term * np.abs(self._store.numbers(self._generator(index))) ** int(power)
+            total = total + term
+        return float(np.nanmean(total))
 
     def _known(self, poly: Poly) -> Value | None:
         found = self._store.affine(poly)

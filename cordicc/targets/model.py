@@ -284,6 +284,8 @@ class _Reader:
         arithmetic = self._mapping(data, "arithmetic", where) if kind in CAU_KINDS else None
         if kind == "implicit" and arithmetic is not None and "rule" not in arithmetic:
             self._error(f"{where}arithmetic lacks the rule", f"{where}arithmetic")
+        if kind == "standard" and arithmetic is not None and "rule" in arithmetic:
+            self._error(f"{where}arithmetic has a rule, which implicit units have", f"{where}arithmetic")
         named = {str(part): count for part, count in zip(stages, cycles, strict=True)}
         return UnitKind(kind, latency, interval, frozenset(functions), adders, area, named, arithmetic)
 

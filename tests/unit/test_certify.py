@@ -24,7 +24,7 @@ from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import errors, forward
 from cordicc.diagnostics import Unattainable
 from cordicc.emulate import functional, sampling
-from cordicc.emulate.climb import climb
+from cordicc.emulate.climb import climb, climbing
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.reference import evaluate
 from cordicc.ir.text import parse_graph
@@ -126,7 +126,7 @@ def test_largest_finds_a_tight_bound() -> None:
 def test_climb_finds_a_peak() -> None:
     start = {"x": np.linspace(0, 1, 5)}
     points, heights = climb(
-        {"x": Interval(0, 1)}, start, lambda p: -np.abs(p["x"] - 0.7123), climbers=4, rounds=60
+        climbing({"x": Interval(0, 1)}, start, climbers=4, rounds=60), lambda p: -np.abs(p["x"] - 0.7123)
     )
     assert abs(points["x"][int(np.argmax(heights))] - 0.7123) < 1e-3
 

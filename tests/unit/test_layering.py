@@ -8,8 +8,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
-    {"cli", "cli_schedule", "cli_simulate", "cli_study", "__main__"},
-    {"api", "explore", "summary", "trace", "sequence_text"},
+    {"cli", "__main__"},
+    {"cli_plans", "cli_schedule", "cli_simulate", "cli_study"},
+    {"cli_common"},
+    {"console"},
+    {"explain", "plan_diff"},
+    {"api", "explore", "summary", "formulas", "trace", "sequence_text"},
     {"pipeline"},
     {"guard_bits", "word_lengths", "within_error"},
     {"checks", "observation", "certify", "copies"},
@@ -20,17 +24,16 @@ RANKS = [
     {"targets"},
     {"ir"},
     {"arith"},
-    {"codes", "diagnostics", "files"},
+    {"codes", "diagnostics", "files", "folders", "sheet"},
 ]
 RANK = {layer: rank for rank, layers in enumerate(RANKS) for layer in layers}
 TOGETHER = [
     {"cli", "__main__"},
-    {"cli", "cli_schedule"},
-    {"cli", "cli_simulate"},
-    {"cli", "cli_study"},
     {"plan", "plan_json"},
     {"plan", "plan_check"},
     {"diagnostics", "files"},
+    {"diagnostics", "folders"},
+    {"files", "folders"},
 ]
 
 

@@ -17,7 +17,8 @@ from cordicc.diagnostics import CordiccError
 from cordicc.emulate import functional, sampling
 from cordicc.plan import Plan
 from cordicc.plan_json import dump, parse
-from cordicc.summary import comparison_data, comparison_text
+from cordicc.sheet import plain
+from cordicc.summary import comparison_data, comparison_sheet
 
 PROBLEM = """
 name: small
@@ -79,7 +80,7 @@ def test_every_place_by_every_hostile_value(base: dict[str, Any]) -> None:
         inputs = sampling.draw(plan.problem, 3, 0)
         outputs = functional.run(plan, observation.machine_of(plan), inputs)
         comparison = observation.compare(plan, inputs, outputs)
-        comparison_text(plan, comparison, {})
+        plain(comparison_sheet(plan, comparison, {}))
         json.dumps(comparison_data(plan, comparison), allow_nan=False)
         dump(plan)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite import angles, circles, filling, lifting
+from cordicc.rewrite import angles, circles, filling, lifting, synthesis
 from cordicc.rewrite.numeric import evaluate
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 from tests.unit.test_rewrite_frames import store_of_inputs
@@ -112,6 +112,31 @@ def test_a_quotient_by_a_tangent_is_one_quotient(tmp_path: Path) -> None:
 def test_an_angle_and_its_double_share_a_rotation(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "t=-3:3", "a = cos(t)\nb = sin(t/2)\nc = sin(3*t/2)", "a, b, c")
     assert units(searched(problem).graph) == ["rotate"]
+
+
+@pytest.mark.parametrize(
+    "equations", ["r = 1.4*cosh(h) - 1\nn = tanh(h/2)", "r = 1.01 - cos(h)\nn = sin(h/2)"]
+)
+def test_squares_of_half_angles_cancel_no_digits(tmp_path: Path, monkeypatch: Patch, equations: str) -> None:
+    """2 e cosh^2 - (e + 1) would; (e - 1) + 2 e sinh^2 does not, nor 0.01 + 2 sin^2."""
+    problem = problem_of(tmp_path, "h=-1:1", equations, "r, n")
+    inputs = {"h": np.linspace(-1, 1, 401)}
+
+    def moved() -> float:
+        graph = searched(problem).graph
+        output = graph.outputs["r"]
+        exact = evaluate(graph, inputs)[output.node][output.result]
+        noise = np.random.default_rng(3)
+        tries = [
+            evaluate(graph, inputs, lambda x: x * (1 + noise.uniform(-1e-6, 1e-6, x.shape)))[output.node]
+            for _ in range(8)
+        ]
+        return float(np.max([np.abs(each[output.result] / exact - 1) for each in tries]))
+
+    error = moved()
+    monkeypatch.setattr(synthesis, "_CANCELS", 1e9)
+    assert error < 1e-5
+    assert 2 * error < moved()
 
 
 def test_the_law_of_cosines_in_the_frame_of_a_hip(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ import cordicc
 from cordicc import cli_simulate
 from cordicc.emulate import accuracy, functional, sampling, tables
 from cordicc.emulate.histogram import Errors, worst_first
-from cordicc.emulate.progress import Progress
 from cordicc.emulate.screening import screen
 from cordicc.emulate.streaming import run_parts
 from cordicc.ir.reference import evaluate
@@ -289,19 +288,3 @@ def test_golden_data_that_does_not_fit(file: Path, tmp_path: Path, expected: str
 
 def test_compare_excludes_other_sources(file: Path) -> None:
     assert run("simulate", file, "--compare", "a", "b", "--random", 5).exit_code == 2
-
-
-def test_progress(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    now = iter(range(0, 1000, 8))
-    progress = Progress(100, lambda: float(next(now)))
-    for done in (10, 20, 30, 40):
-        progress.reached(done)
-    progress.done()
-    lines = capsys.readouterr().err.splitlines()
-    assert lines
-    assert all(line.endswith(" of 100 samples") for line in lines)
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    progress = Progress(None, lambda: float(next(now)))
-    progress.reached(5)
-    progress.done()
-    assert "5 samples" in capsys.readouterr().err

@@ -83,6 +83,10 @@ def edited(tmp_path, edit):
         (lambda d: d["units"]["mul"].update(area="big"), "units.mul.area must be a number from 0"),
         (lambda d: d["units"]["standard"].pop("arithmetic"), "units.standard lacks 'arithmetic'"),
         (lambda d: d["units"]["implicit"]["arithmetic"].pop("rule"), "lacks the rule"),
+        (
+            lambda d: d["units"]["standard"]["arithmetic"].update(rule="root-free"),
+            "has a rule, which implicit",
+        ),
         (lambda d: d["units"]["standard"]["arithmetic"].update(mantissa_bits=99), "mantissa_bits must be"),
         (lambda d: d.update(format={"kind": "posit"}), "known: ieee-single, fixed-point"),
     ],

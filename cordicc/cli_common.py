@@ -1,0 +1,37 @@
+"""What several commands share: the kinds of arguments, plans from either kind of file, texts to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cordicc.console import tell
+
+if TYPE_CHECKING:
+    from cordicc.api import Plan
+
+FILE = click.Path(path_type=Path)
+
+
+def write_or_print(path: Path, text: str) -> None:
+    """Write a file, or to stdout if the path is '-'."""
+    from cordicc.files import write_file
+
+    if str(path) == "-":
+        click.echo(text, nl=False)
+    else:
+        write_file(path, text)
+
+
+def plan_or_problem(path: Path) -> Plan:
+    """Return the plan of a plan.json, or of a problem file, compiled with the default options."""
+    from cordicc.api import Plan, load_plan
+    from cordicc.pipeline import Options, compile_file
+
+    if path.suffix == ".json":
+        return load_plan(path)
+    compiled = compile_file(path, Options())
+    tell(compiled.warnings)
+    return Plan.of(compiled.plan)
