@@ -67,7 +67,7 @@ CODES: dict[str, str] = {
     "E411": "the number format cannot hold a constant",
     "E412": "no fixed-point format can hold a value",
     "E413": "an error limit cannot be met",
-    "E415": "more operations than a plan is made of",
+    "E415": "more operations or inputs than a plan is made of",
     "E420": "the plan has no C model",
     "E501": "no such target",
     "E502": "the target file cannot be read",

@@ -17,7 +17,7 @@ from typing import Any, TextIO, TypeVar
 import click
 
 from cordicc.diagnostics import Diagnostic
-from cordicc.sheet import Facts, Heading, Sheet, plain
+from cordicc.sheet import Facts, Heading, Sheet, harmless, plain
 
 T = TypeVar("T")
 
@@ -51,6 +51,7 @@ def _coloured(text: str) -> str:
 
 def show(sheet: Sheet, *, err: bool = False) -> None:
     """Print a sheet to stdout or stderr."""
+    sheet = harmless(sheet)
     stream = sys.stderr if err else sys.stdout
     if not is_terminal(stream):
         click.echo(plain(sheet), nl=False, err=err)

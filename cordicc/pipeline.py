@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from cordicc.backends.diagram import Diagram
     from cordicc.backends.report import Explored
 
-MAX_OPERATIONS = 5_000
-"""Operations of the equations of which a plan is made at the most; beyond, it would take minutes."""
+MAX_OPERATIONS, MAX_INPUTS = 5_000, 250
+"""Operations and inputs of which a plan is made at the most; beyond, it would take minutes."""
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
 """The files of an output folder."""
@@ -154,11 +154,15 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
 
 def _check_size(loaded: LoadedProblem) -> None:
     """Raise Unattainable if a problem is too large for a plan."""
-    count = len(loaded.problem.graph.nodes)
-    if count > MAX_OPERATIONS:
-        message = (
-            f"the problem has {count} operations, more than the {MAX_OPERATIONS} of which a plan is made"
-        )
+    nodes = loaded.problem.graph.nodes
+    counts = {
+        "inputs": (sum(node.op == "input" for node in nodes), MAX_INPUTS),
+        "operations": (len(nodes), MAX_OPERATIONS),
+    }
+    for noun, (count, most) in counts.items():
+        if count <= most:
+            continue
+        message = f"the problem has {count} {noun}, more than the {most} of which a plan is made"
         hint = "divide it into several files"
         raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
 

@@ -6,8 +6,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
+
+from cordicc.diagnostics import printable
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,24 @@ class Sheet:
 
     title: str
     blocks: tuple[Block, ...] = ()
+
+
+def harmless(sheet: Sheet) -> Sheet:
+    """Return a sheet without characters that could drive a terminal; texts may come from a plan file."""
+    return Sheet(printable(sheet.title), tuple(map(_harmless, sheet.blocks)))
+
+
+def _harmless(block: Block) -> Block:
+    match block:
+        case str():
+            return printable(block)
+        case Heading(text):
+            return Heading(printable(text))
+        case Facts(rows):
+            return replace(block, rows=tuple((printable(name), printable(text)) for name, text in rows))
+        case Table(header, rows):
+            cells = tuple(tuple(map(printable, row)) for row in rows)
+            return replace(block, header=tuple(map(printable, header)), rows=cells)
 
 
 def plain(sheet: Sheet) -> str:

@@ -7,10 +7,12 @@ its partial derivatives.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from cordicc.arith.decimals import double_shift, nearest_double
 from cordicc.ir.graph import Param
 from cordicc.rewrite.numeric import Floats
 
@@ -85,9 +87,9 @@ def errors(
         elif op == "mul":
             passed = (np.abs(values[0]) * moved[1] + np.abs(values[1]) * moved[0],)
         elif op == "cmul":
-            passed = (abs(float(params[0])) * moved[0],)
+            passed = (abs(nearest_double(Fraction(params[0]))) * moved[0],)
         elif op == "shift":
-            return (2.0 ** float(params[0]) * moved[0],)
+            return (np.ldexp(moved[0], double_shift(Fraction(params[0]))),)
         elif op in ("neg", "abs", "flip", "guard", "wrap"):
             return (moved[0],)
         elif op in ("min", "max", "select"):

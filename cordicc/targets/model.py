@@ -39,6 +39,7 @@ _SIZE_LIMIT_BYTES = 256 * 1024
 _LATENCY_LIMIT = 100_000
 _LARGEST_NUMBER = 1e12
 _MOST_ERRORS = 50
+_LONGEST_NAME, _LONGEST_DESCRIPTION = 200, 2_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,8 +220,8 @@ class _Reader:
     def target(self, data: dict[Any, Any]) -> Target | None:
         required = {"name", "clock_hz", "format", "units"}
         self._keys(data, "", required, {"description", "angle_unit", "fifo_area_per_bit"})
-        name = self._text(data, "name", "")
-        description = self._text(data, "description", "")
+        name = self._text(data, "name", _LONGEST_NAME)
+        description = self._text(data, "description", _LONGEST_DESCRIPTION)
         clock_hz = self._number(data, "clock_hz", "", 1.0, least=1.0)
         area_per_bit = self._number(data, "fifo_area_per_bit", "", 0.0)
         angle_unit = data.get("angle_unit", "rad")
@@ -307,10 +308,11 @@ class _Reader:
         self._error(f"{where}{key} must be a mapping", where + key)
         return {}
 
-    def _text(self, data: dict[Any, Any], key: str, where: str) -> str:
+    def _text(self, data: dict[Any, Any], key: str, longest: int) -> str:
         value = data.get(key, "")
-        if not isinstance(value, str):
-            self._error(f"{where}{key} must be text", where + key)
+        if not isinstance(value, str) or len(value) > longest:
+            what = "text" if not isinstance(value, str) else f"no longer than {longest} characters"
+            self._error(f"{key} must be {what}", key)
             return ""
         return value
 

@@ -33,6 +33,7 @@ TOGETHER = [
     {"plan", "plan_check"},
     {"diagnostics", "files"},
     {"diagnostics", "folders"},
+    {"diagnostics", "sheet"},
     {"files", "folders"},
 ]
 
