@@ -1,6 +1,6 @@
 """Schedule the public corpus and generated graphs, and print what was proven and how long it took.
 
-    python benchmarks/scheduling.py corpus [--words 11]   every problem at intervals 1, 2, 4, 8, 16
+    python benchmarks/scheduling.py corpus [--words 14]   every problem at intervals 1, 2, 4, 8, 16
     python benchmarks/scheduling.py generated             200 to 100,000 operations
     python benchmarks/scheduling.py explore               the front of every problem of up to 60 operations
     python benchmarks/scheduling.py wheel                 the wheel suspension on imscor24, limits included
@@ -165,7 +165,7 @@ def wheel() -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("part", choices=("corpus", "generated", "explore", "wheel"))
-    parser.add_argument("--words", type=float, default=11.0, help="deterministic time for FIFO words")
+    parser.add_argument("--words", type=float, default=14.0, help="deterministic time for FIFO words")
     given = parser.parse_args()
     parts = {"corpus": lambda: corpus(given.words), "generated": graphs, "explore": fronts, "wheel": wheel}
     parts[given.part]()

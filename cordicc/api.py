@@ -133,6 +133,7 @@ def compile(
     max_processors: int | None = None,
     max_latency: int | None = None,
     certify: bool | None = None,
+    copies: int = 1,
 ) -> Plan:
     """Compile a problem file to a plan; the options are those of `cordicc compile`.
 
@@ -141,7 +142,7 @@ def compile(
         Unattainable: no plan within the limits.
     """
     limits = Limits(minimize, ii, max_processors, max_latency)
-    options = pipeline.Options(target, units, limits, certify)
+    options = pipeline.Options(target, units, limits, certify, copies)
     return Plan.of(pipeline.compile_file(Path(problem), options).plan)
 
 

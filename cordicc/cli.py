@@ -66,6 +66,13 @@ def main() -> None:
     metavar="HZ",
     help="Samples a second, instead of --ii: the longest interval that keeps up.",
 )
+@click.option(
+    "--copies",
+    type=click.IntRange(1, 64),
+    default=1,
+    show_default=True,
+    help="Instances of the problem that share the units.",
+)
 @click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
 @click.option("--max-latency", type=click.IntRange(min=0), metavar="CYCLES", help="Most cycles.")
 @click.option(
@@ -103,6 +110,7 @@ def compile_command(
     units: str,
     ii: int | None,
     rate: float | None,
+    copies: int,
     max_processors: int | None,
     max_latency: int | None,
     minimize: str,
@@ -143,7 +151,7 @@ def compile_command(
         raise click.UsageError("--ii and --rate exclude each other")
     interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
-    options = pipeline.Options(target, units, limits, certify)
+    options = pipeline.Options(target, units, limits, certify, copies)
     with stages(quiet or print_after is not None) as enter:
         compiled = pipeline.compile_file(file, options, watch, enter)
     tell(compiled.warnings)

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
@@ -14,9 +14,10 @@ from pathlib import Path
 from cordicc.arith.cluster import executor as executor_of
 from cordicc.backends.front import Mark
 from cordicc.backends.report import Explored
+from cordicc.copies import replicated
 from cordicc.diagnostics import CordiccError, Diagnostic
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan import Operand, Plan
+from cordicc.plan import Plan
 from cordicc.schedule.engine import Effort
 from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.request import Limits
@@ -26,7 +27,7 @@ from cordicc.targets.model import CAU_KINDS, load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
 MOST_POINTS = 30
-_EFFORT = Effort(schedule=4.0, words=0.3, binding=0.0)
+_EFFORT = Effort(schedule=4.0, words=0.1, binding=0.0, threads=1)
 """FIFO words of large problems stay with a small gap, to prove all of them would take minutes; and the
 figures do not depend on the multiplexers."""
 
@@ -170,37 +171,6 @@ def _plan_or_raise(made: Plan | _Failure) -> Plan:
     raise kind(diagnostics)
 
 
-def replicated(plan: Plan, copies: int) -> Plan:
-    """Return a plan with several instances of all operations; it has yet to be placed."""
-
-    def of_copy(name: str, copy: int) -> str:
-        return f"{name.partition('.')[0]}#{copy}{''.join(name.partition('.')[1:])}" if copy else name
-
-    def operand(item: Operand, copy: int) -> Operand:
-        return item if item.value is None else Operand(of_copy(item.value, copy))
-
-    every = range(copies)
-    operations = tuple(
-        replace(
-            o,
-            id=of_copy(o.id, copy),
-            operands=tuple(operand(item, copy) for item in o.operands),
-            results=tuple(None if name is None else of_copy(name, copy) for name in o.results),
-        )
-        for copy in every
-        for o in plan.operations
-    )
-    inputs = [{**item, "name": of_copy(item["name"], c)} for c in every for item in plan.problem["inputs"]]
-    formats = {of_copy(name, c): spec for c in every for name, spec in plan.formats.values.items()}
-    return replace(
-        plan,
-        operations=operations,
-        outputs={of_copy(name, c): operand(item, c) for c in every for name, item in plan.outputs.items()},
-        problem={**plan.problem, "inputs": inputs},
-        formats=replace(plan.formats, values=formats),
-    )
-
-
 def _counts(plan: Plan, interval: int, most: int) -> list[int]:
     """Return numbers of CAUs to look at, from the fewest to one for each operation; `most` in all."""
     counts = [sum(o.kind == kind for o in plan.operations) for kind in CAU_KINDS]
@@ -301,5 +271,6 @@ def as_sheet(front: Front) -> Sheet:
         figures = (str(point.latency), str(point.fifo_words), point.units, _certificate(point))
         rows.append((str(point.initiation_interval), str(point.processors), *counts, *figures))
     head = f"{front.name} on {front.target}: {len(front.points)} of {front.tried} points are unbeaten"
-    again = "Each is 'cordicc compile --ii INTERVAL --max-processors CAUs --minimize latency --units UNITS'."
-    return Sheet(head, (Table(header, tuple(rows), indent=0), *([again] if front.copies == 1 else [])))
+    again = "Each is 'cordicc compile --ii INTERVAL --max-processors CAUs --minimize latency --units UNITS"
+    again += f" --copies {front.copies}'." if front.copies > 1 else "'."
+    return Sheet(head, (Table(header, tuple(rows), indent=0), again))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cordicc.arith.fixed_system import FixedSystem
 from cordicc.checks import check_domain, check_meaning, input_intervals
+from cordicc.copies import replicated
 from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate import sampling
@@ -65,6 +66,8 @@ class Options:
     limits: Limits = field(default_factory=Limits)
     certify: bool | None = None
     """Derive proven error bounds; by default on fixed-point targets. A `max_error` asks for them anyway."""
+    copies: int = 1
+    """Instances of the problem that share the units, see `cordicc.copies`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +144,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
         except TooInaccurate as error:
             refused.append(error)
             continue
-        plans.append((place(unplaced, options.limits), warnings))
+        plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
     if not plans:
         raise refused[0]
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))

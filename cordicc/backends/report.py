@@ -32,7 +32,8 @@ from cordicc.backends.svg import clean
 from cordicc.plan import Plan
 
 RECORDED_OPTIONS = (
-    "target", "units", "ii", "max_processors", "max_latency", "minimize", "certify", "time_limit",
+    "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify",
+    "time_limit",
 )  # fmt: skip
 
 Typesetter = Callable[[str], str | None]

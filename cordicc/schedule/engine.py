@@ -18,6 +18,7 @@ from cordicc.schedule.goals import LATENCY, Goal, counted_kinds, figure, units_u
 from cordicc.schedule.modulo_list import list_schedule
 from cordicc.schedule.network import Network, network
 from cordicc.schedule.problem import InfeasibleError, Schedule, SchedulingProblem, fifo_words
+from cordicc.schedule.program import Space
 from cordicc.schedule.shift import improve
 
 MOST_EXACT = 1500
@@ -28,12 +29,16 @@ _MOST_SPLITS = 32
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """Work limits in deterministic time, for goals without and with words and the binding; seconds in all."""
+    """Work limits in deterministic time, for goals without and with words and the binding; seconds in all.
+
+    The result does not depend on the threads.
+    """
 
     schedule: float = 10.0
-    words: float = 11.0
+    words: float = 14.0
     binding: float = WORK
     seconds: float | None = None
+    threads: int = 2
 
 
 def solve(
@@ -116,7 +121,8 @@ class _Search:
         counts = problem.counts()
         self._net = net = network(problem, {})
         self._fewest = fewest_units(net)
-        counted = counted_kinds([*goals, *([most[0]] if most else [])]) | problem.limits.keys()
+        counted = counted_kinds([*goals, *([most[0]] if most else [])])
+        counted |= {kind for kind, limit in problem.limits.items() if limit < counts.get(kind, 0)}
         self._units = {
             kind: (self._fewest[kind], min(problem.limits.get(kind, count), count))
             for kind, count in counts.items()
@@ -211,10 +217,9 @@ class _Search:
         head, tail = raised(net)
         words = self._effort.words if goal.words else self._effort.schedule
         left = None if self._end is None else max(0.1, self._end - time.monotonic())
-        space = exact.Space(head, tail, (self._latency[0], most), self._units, tuple(self._held))
-        answer = exact.minimise(
-            self._problem, self._net, goal, space, exact.Work(words, left), self._best, floor
-        )
+        space = Space(head, tail, (self._latency[0], most), self._units, tuple(self._held))
+        work = exact.Work(words, left, self._effort.threads)
+        answer = exact.minimise(self._problem, self._net, goal, space, work, self._best, floor)
         self._struck |= answer.struck
         if answer.start is not None:
             start = list(answer.start)

@@ -9,16 +9,19 @@ from unittest.mock import patch
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cordicc.schedule import fifo_lp, shift
+from cordicc.schedule import fifo_lp, neighbourhoods, shift
 from cordicc.schedule.binding import Wiring, bind, multiplexer_inputs
 from cordicc.schedule.bounds import latency_bound
 from cordicc.schedule.engine import Effort, solve
+from cordicc.schedule.exact import Clock, Work
 from cordicc.schedule.fifo_lp import least_cycles
 from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.modulo_list import list_schedule
 from cordicc.schedule.network import network
 from cordicc.schedule.problem import SchedulingProblem, Value, fifo_words
+from cordicc.schedule.program import Space
 from cordicc.schedule.shift import improve
+from cordicc.schedule.symmetry import exchanges
 from tests.property.test_schedule import every_schedule
 from tests.random_plans import Flow, flows
 
@@ -183,3 +186,78 @@ def test_binding_has_the_fewest_multiplexer_inputs(rows: list[tuple[int, list[in
 
     assert sources(found) == min(map(sources, every), default=0)
     assert multiplexer_inputs(wires, found) <= sources(found)
+
+
+def doubled(flow: Flow) -> Flow:
+    """Return two instances of a flow side by side."""
+    count = len(flow.operations)
+
+    def second(source: str) -> str:
+        if source[0] == "o" and "." in source:
+            id, dot, result = source.partition(".")
+            return f"o{int(id[1:]) + count}{dot}{result}"
+        return f"{source}x" if source in flow.inputs else source
+
+    more = tuple((cycles, tuple(second(s) for s in sources), n) for cycles, sources, n in flow.operations)
+    return Flow(
+        (*flow.inputs, *(f"{name}x" for name in flow.inputs)),
+        (*flow.operations, *more),
+        (*flow.outputs, *(second(source) for source in flow.outputs)),
+    )
+
+
+@relaxed
+@given(flows(most_operations=6, most_latency=3))
+def test_copies_are_exchanged(flow: Flow) -> None:
+    problem = doubled(flow).problem()
+    count = len(flow.operations)
+    assume(count)
+    net = network(problem)
+    found = exchanges(problem, net, lambda index: "", lambda value: 1)
+    assert any(exchange.first == 0 and exchange.image[0] >= 1 for exchange in found)
+    edges = set(problem.edges())
+    for exchange in found:
+        assert sorted(exchange.image) == list(range(2 * count))
+        assert all(exchange.image[index] == index for index in range(exchange.first))
+        assert {
+            (f"o{exchange.image[int(a[1:])]}", f"o{exchange.image[int(b[1:])]}") for a, b in edges
+        } == edges
+
+
+@relaxed
+@given(flows(most_operations=2, most_latency=3), st.integers(2, 3))
+def test_symmetries_cost_nothing(flow: Flow, interval: int) -> None:
+    problem = replace(doubled(flow).problem(), interval=interval)
+    count = len(problem.operations)
+    assume(count)
+    units = problem.fewest(count)
+    latency = least_latency(problem, units)
+    assume(latency < 12)
+    words = min(fifo_words(problem, start, latency) for start in within(problem, latency, units))
+    solved = solve(problem, [UNITS, LATENCY, FIFO_WORDS])
+    assert (solved.figures["processors"], solved.latency, solved.fifo_words) == (units, latency, words)
+    assert all(solved.optimal.values())
+
+
+@settings(deadline=None, max_examples=25)
+@given(flows(most_operations=12, most_latency=9), st.integers(2, 6))
+def test_neighbourhoods_keep_what_holds_and_lose_no_words(flow: Flow, interval: int) -> None:
+    problem = replace(flow.problem(), interval=interval)
+    count = len(problem.operations)
+    assume(count)
+    units = problem.fewest(count)
+    net = network(problem, {})
+    start = list_schedule(network(problem, {"mix": units}), 0)
+    latency = net.makespan(start)
+    space = Space(net.head, net.tail, (latency, latency), {"mix": (units, units)})
+    clock = Clock(Work(0.2))
+    found = [
+        neighbourhoods.improved(problem, net, FIFO_WORDS, space, start, 0.2, clock.solver, lambda: False)
+        for _ in range(2)
+    ]
+    assert found[0] == found[1]
+    before, after = (dict(zip(net.ids, cycles, strict=True)) for cycles in (start, found[0]))
+    assert fifo_words(problem, after, latency) <= fifo_words(problem, before, latency)
+    assert net.makespan(found[0]) <= latency
+    assert all(after[t] >= after[p] + net.latency[net.ids.index(p)] for p, t in problem.edges())
+    assert fits(problem, after, units)

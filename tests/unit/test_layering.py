@@ -16,7 +16,7 @@ RANKS = [
     {"api", "explore", "summary", "formulas", "trace", "sequence_text"},
     {"pipeline"},
     {"guard_bits", "word_lengths", "within_error"},
-    {"checks", "observation", "certify"},
+    {"checks", "observation", "certify", "copies"},
     {"poles"},
     {"record", "typesetting"},
     {"frontend", "rewrite", "schedule", "emulate", "backends"},

@@ -10,9 +10,10 @@ from click.testing import CliRunner, Result
 import cordicc
 from cordicc.backends import schedule_chart
 from cordicc.cli import main
+from cordicc.copies import replicated
 from cordicc.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate.sampling import draw
-from cordicc.explore import INTERVALS, explore, replicated, workers
+from cordicc.explore import INTERVALS, explore, workers
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan import ControlWord, Plan
 from cordicc.plan_json import dump, parse
