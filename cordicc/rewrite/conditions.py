@@ -20,10 +20,6 @@ from cordicc.rewrite.store import Store
 _TERMS = 300
 
 
-_SQUARE = {(True, frozenset[Key]())}
-"""What is demanded of a radicand that is a square."""
-
-
 @dataclass(frozen=True, slots=True)
 class Requirement:
     """A condition: (class, option) pairs that meet it, else a guard of a class, if there is one."""
@@ -35,10 +31,14 @@ class Requirement:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What an operation demands: factors that are not 0, and radicands that are not negative."""
+    """What an operation demands: factors that are not 0, and radicands that are not negative.
+
+    `square`: the radicand is a square, not negative whatever the values are.
+    """
 
     nonzero: frozenset[Key] = field(default_factory=frozenset)
     radicands: frozenset[tuple[bool, frozenset[Key]]] = field(default_factory=frozenset)
+    square: bool = False
     known: bool = True
 
     def __or__(self, other: Facts) -> Facts:
@@ -75,6 +75,27 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[Key]] | None:
     return positive, frozenset(odd)
 
 
+def _is_square(store: Store, poly: Poly) -> bool:
+    """Tell whether a polynomial is a square but for definite factors and sums of squares.
+
+    Signs that are known do not count: they may rest on the condition that is in question.
+    """
+    if len(poly) > _TERMS:
+        return False
+    constant, factors = store.field.factors(poly)
+    sign = 1 if constant > 0 else -1
+    for base, exponent in factors:
+        if exponent % 2:
+            factor, normal = monic(base)
+            definite = 1 if _is_sum_of_squares(normal) else store.field.definite.get(Key(normal), 0)
+            sign *= definite * (1 if factor > 0 else -1)
+    return sign > 0
+
+
+def _is_sum_of_squares(poly: Poly) -> bool:
+    return all(factor > 0 and not any(power % 2 for power in powers) for powers, factor in poly.terms())
+
+
 def circle_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None:
     """Return what a circular vectoring or implicit operation demands; None if it cannot be told.
 
@@ -83,13 +104,14 @@ def circle_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None
     nonzero = nonzero_factors(store, values[:2])
     if nonzero is None or op == "vector":
         return None if nonzero is None else Facts(nonzero)
-    ring, radicand = store.field, None
+    ring, radicand, square = store.field, None, False
     size, C = _square_sum(store, values[:2]), store.element(values[2])
     if size is not None and C is not None:
         with suppress(TooLarge):
             rest = ring.sub(size, ring.mul(C, C))
-            radicand = radicand_of(store, ring.times(rest.num, rest.den))
-    return Facts(nonzero, frozenset() if radicand is None else frozenset([radicand]))
+            inside = ring.times(rest.num, rest.den)
+            radicand, square = radicand_of(store, inside), _is_square(store, inside)
+    return Facts(nonzero, frozenset() if radicand is None else frozenset([radicand]), square)
 
 
 def nonzero_factors(store: Store, vector: Sequence[Value]) -> frozenset[Key] | None:
@@ -166,11 +188,14 @@ def _root_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None:
         return None
     ring = store.field
     try:
-        inside = ring.sub(ring.mul(x, x), ring.mul(y, y)) if op == "vector" else ring.mul(x, y)
-        radicand = radicand_of(store, ring.times(inside.num, inside.den))
+        element = ring.sub(ring.mul(x, x), ring.mul(y, y)) if op == "vector" else ring.mul(x, y)
+        inside = ring.times(element.num, element.den)
+        radicand = radicand_of(store, inside)
     except TooLarge:
         return None
-    return None if radicand is None else Facts(radicands=frozenset([radicand]))
+    if radicand is None:
+        return None
+    return Facts(radicands=frozenset([radicand]), square=_is_square(store, inside))
 
 
 def _of_node(
@@ -213,7 +238,7 @@ def _of_node(
     facts = _root_facts(store, op, operands)
     angle_used = any(v.result == 1 for v in results)
     if facts is not None and not angle_used:
-        if facts.radicands == _SQUARE or _root_proven(store, op, operands):
+        if facts.square or _root_proven(store, op, operands):
             return
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
@@ -246,7 +271,7 @@ def _circular(
     for factor in () if nonzero else sorted(facts.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
         yield Requirement(tuple(sorted(met)), None, "nonzero")
-    if op == "implicit" and not real and facts.radicands != _SQUARE:
+    if op == "implicit" and not real and not facts.square:
         (radicand,) = facts.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}
         yield Requirement(tuple(sorted(met)), None, "nonnegative")

@@ -90,7 +90,9 @@ def minimise(
             return _below(program, clock, floor)
 
         def improve(proven: Callable[[], bool]) -> Answer:
-            ended = lambda: proven() or clock.over  # noqa: E731
+            def ended() -> bool:
+                return proven() or clock.over
+
             start = neighbourhoods.improved(
                 problem, net, goal, space, hint, work.deterministic, clock.solver, ended
             )
