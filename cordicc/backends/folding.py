@@ -53,7 +53,8 @@ def fold(shapes: Sequence[Shape], nets: Sequence[Net], limit: float | None) -> l
         starts = _starts(whole, shapes, nets, room)
         rows = [range(*ends) for ends in pairwise([*starts, len(whole.columns)])]
         placed = _with_late_boxes(shapes, nets, rows)
-        bands = [_band(placed, nets, row, index) for index, row in enumerate(rows)]
+        used = {row for _, row in placed.values()}  # all boxes of a row may have moved on
+        bands = [_band(placed, nets, row, index) for index, row in enumerate(rows) if index in used]
         excess = max(band.layout.width for band in bands) - limit
         if excess <= 0 or len(starts) == len(whole.columns):
             break

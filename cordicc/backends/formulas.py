@@ -52,6 +52,10 @@ class Formulas:
         """Return an equation for each result that is used, of an implicit CAU the equation that it solves."""
         return self._results[operation.id]
 
+    def written_out(self, value: str) -> bool:
+        """Tell whether a value stands for what it is made of in the formulas of what takes it."""
+        return value in self._inline
+
     def _add(self, operation: Operation) -> None:
         operands = [self.operand(item) for item in operation.operands]
         names = [None if name is None else self.symbol(name) for name in operation.results]

@@ -58,11 +58,21 @@ def test_finds(find: str) -> None:
     assert loaded(json.dumps(data)) == end
 
 
-def test_a_pair_that_is_undefined_on_every_sample() -> None:
-    """Its error bounds are nan everywhere, of which NumPy warned."""
+def test_a_pair_whose_error_bounds_are_nan() -> None:
+    """NumPy warned of bounds that are nan on every sample."""
     text = (
         "inputs: {x: [0.5, 1], y: [0, 0], S: [0, 0]}\nequations:\n"
         "  - solve: [-x**1.5*cos(w0) + abs(x)*sin(w0) = (-S)**2, -y**2*cos(w0) - y*sin(w0) = S]\n"
         "    for: w0\n"
     )
-    assert compiled(text) in ("E307", "E209")
+    assert compiled(text) == "ok"
+
+
+def test_a_row_of_the_picture_from_which_all_boxes_move_on() -> None:
+    text = (
+        "constants: {a: 0.3}\ninputs:\n  x: {range: [0.1, pi/2], unit: rad}\n  y: [-1, 1]\nequations:\n"
+        "  - solve: -x*cos(w0) + (y + y)**1.5*sin(w0) = (y**-2 + deg)\n    for: w0\n    branch: '+'\n"
+        "  - solve: [atanh(x)*cos(w1) + w0**2*sin(w1) = --y, cos(x)*cos(w1) + -2*sin(w1) = (x + deg)]\n"
+        "    for: w1\n"
+    )
+    assert compiled(text) == "ok"
