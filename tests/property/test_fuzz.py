@@ -45,6 +45,7 @@ def observed(data: dict[str, Any]) -> dict[str, Any]:
 FINDS: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "a unit of the target that is no object": (lambda d: d["target_data"]["units"].update(add=True), "E602"),
     "stages that are no object": (lambda d: unit(d).update(stages="add"), "E602"),
+    "a file name that is a number": (lambda d: d["options"].update(file=-1), "E602"),
     "an error beyond 2^1023": (lambda d: observed(d)["histogram"][-1].__setitem__(0, 1e308), "ok"),
     "a histogram without a largest error": (lambda d: observed(d).update(max=None), "E603"),
 }
