@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from cordicc.formulas import Formulas
+from cordicc.backends.formulas import Formulas
+from cordicc.backends.recognition import Recognised, recognised
 from cordicc.plan import Operation, Plan
 from cordicc.sheet import Block, Facts, Heading, Sheet
 from cordicc.summary import count
@@ -22,26 +23,18 @@ _UNITS = {
     "standard": " without implicit CAUs (--units standard)",
     "implicit": ", implicit CAUs preferred (--units implicit)",
 }
-_SOLVED = "as written: linear in cosine and sine of the unknown, one pass of an implicit CAU"
-_CHAIN = "by standard CAUs: length R and angle of (B, A), sqrt(R^2 - C^2), and the angle of that and C"
-_AS_WRITTEN = {
-    "implicit": "as written: an arc cosine or arc sine solves r cos t = c, one pass of an implicit CAU",
-    "vector": "as written: a norm or an angle is a vectoring, which gives both at once",
-    "rotate": "as written: products with a sine and a cosine are a rotation, which gives both at once",
-    "lightcone": "as written: a root or a logarithm is a hyperbolic vectoring of (u + v, u - v)",
-}
 
 
 def explanation(plan: Plan) -> Sheet:
     """Return a plan in words."""
     formulas = Formulas(plan)
-    blocks: list[Block] = [Heading("What was recognised"), *_recognised(plan)]
+    blocks: list[Block] = [Heading("What was recognised"), *_recognised(plan, formulas)]
     units = list(_units(plan, formulas))
     blocks += [Heading("What each CAU does"), *(units or ["  There is none: the plan does without."])]
     ends = _ends(plan, formulas)
     if ends:
         blocks += [Heading("What leaves"), Facts(tuple(ends))]
-    between = _between(formulas)
+    between = _between(plan, formulas)
     if between:
         blocks += [Heading("Between them"), Facts(tuple(between))]
     known = all(plan.optimal.values()) and plan.selection.proven
@@ -51,40 +44,34 @@ def explanation(plan: Plan) -> Sheet:
     return Sheet(f"{plan.name} on {plan.target['name']}", tuple(blocks))
 
 
-def _recognised(plan: Plan) -> Iterator[Block]:
+def _recognised(plan: Plan, formulas: Formulas) -> Iterator[Block]:
     """Yield, by equation, why its operations do what it says, and which they are."""
-    targets: dict[str, list[str]] = {}
-    for equation in plan.problem["equations"]:  # coupled ones share their text
-        targets.setdefault(str(equation["text"]), []).append(str(equation["target"]))
-    for text, names in targets.items():
-        yield f"  {text}"
-        operations = [o for o in plan.operations if o.equation in names]
-        caus = [o for o in operations if o.kind in CAU_KINDS]
-        steps = dict.fromkeys(step for o in operations for step in o.derivation)
-        if not operations:
-            yield "      no operation of its own: what follows from it is had otherwise"
-        elif not caus and not steps:
-            yield f"      operators alone: {_listed(operations)}"
-        else:
-            written = dict.fromkeys(_written(text, o.op) for o in caus if not o.derivation)
-            yield from (f"      {why}" for why in (*written, *steps))
-            yield from [f"      -> {_placed(o)}" for o in caus] or ["      -> operators"]
+    before = None
+    for equation in recognised(plan, formulas):
+        if equation.text != before or not equation.text:  # coupled ones share their text
+            yield f"  {equation.text or equation.target or 'of no single equation'}"
+        before = equation.text
+        yield from _why(equation)
 
 
-def _written(equation: str, op: str) -> str:
-    """Say why an equation needs such an operation where no step led to it."""
-    if not equation.startswith("solve"):
-        return _AS_WRITTEN[op]
-    return _SOLVED if op == "implicit" else _CHAIN
+def _why(equation: Recognised) -> Iterator[Block]:
+    told: set[str] = set()
+    for unit in (*equation.units, *equation.others):
+        for why in unit.why:
+            if why not in told:
+                yield f"      {_sentence(why)}"
+            told.add(why)
+        yield f"      -> {_placed(unit.operation)}"
+    if equation.rest:
+        yield f"      {equation.rest}"
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
 
 
 def _placed(operation: Operation) -> str:
     return f"{operation.id}, {operation.mode}, on {operation.unit}"
-
-
-def _listed(operations: list[Operation]) -> str:
-    kinds = dict.fromkeys(o.kind for o in operations)
-    return ", ".join(f"{sum(o.kind == kind for o in operations)} {kind}" for kind in kinds)
 
 
 def _units(plan: Plan, formulas: Formulas) -> Iterator[Block]:
@@ -96,10 +83,16 @@ def _units(plan: Plan, formulas: Formulas) -> Iterator[Block]:
         yield f"  {unit.id}, {unit.kind}, {count(unit.latency, 'cycle')}{shared}"
         rows = []
         for operation in mine:
-            lines = formulas.unit(operation)
+            lines = [formula.text for formula in formulas.of(operation)]
+            lines[0] += _branch(operation)
             rows.append((f"{operation.id}, cycles {operation.start} to {operation.finish}", lines[0]))
             rows += [("", line) for line in lines[1:]]
         yield Facts(tuple(rows), indent=6)
+
+
+def _branch(operation: Operation) -> str:
+    branch = operation.params.get("branch", "none")
+    return "" if branch == "none" else f", branch {branch}"
 
 
 def _ends(plan: Plan, formulas: Formulas) -> list[tuple[str, str]]:
@@ -107,23 +100,30 @@ def _ends(plan: Plan, formulas: Formulas) -> list[tuple[str, str]]:
     makers = {name: o for o in plan.operations for name in o.results if name is not None}
     rows = []
     for name, operand in plan.outputs.items():
-        maker = None if operand.value is None else makers.get(operand.value)
-        if maker is None:
-            rows.append((name, f"= {formulas.operand(operand)}"))
-        elif maker.kind not in CAU_KINDS and operand.value is not None:
-            rows.append((name, f"= {formulas.value(operand.value)}"))
-        elif operand.value is not None and formulas.name(operand.value) != name:
-            rows.append((name, f"= {formulas.name(operand.value)}"))
+        maker = makers.get(operand.value or "")
+        if maker is not None and operand.value is not None:
+            symbol = formulas.symbol(operand.value).text
+            if symbol != name:
+                rows.append((name, f"= {symbol}"))
+            elif maker.kind not in CAU_KINDS:
+                rows.append(_defined(maker, formulas))
+        else:
+            rows.append((name, f"= {formulas.operand(operand).text}"))
     return rows
 
 
-def _between(formulas: Formulas) -> list[tuple[str, str]]:
-    """Return the operators' results that formulas name, each with its own; these may name more."""
-    rows: dict[str, str] = {}
-    for value in formulas.left:  # grows while its formulas are written
-        if value not in rows:
-            rows[value] = f"= {formulas.value(value)}"
-    return [(formulas.name(value), text) for value, text in rows.items()]
+def _between(plan: Plan, formulas: Formulas) -> list[tuple[str, str]]:
+    """Return the operators' results that formulas name, each with its own."""
+    leaving = {operand.value for operand in plan.outputs.values()}
+    small = [o for o in plan.operations if o.kind not in CAU_KINDS and o.results[0] is not None]
+    named = [o for o in small if o.results[0] not in leaving and not formulas.written_out(str(o.results[0]))]
+    return [_defined(operation, formulas) for operation in named]
+
+
+def _defined(operation: Operation, formulas: Formulas) -> tuple[str, str]:
+    """Return the name of an operator's result and what it is."""
+    name, _, right = formulas.of(operation)[0].text.partition(" = ")
+    return name, f"= {right}"
 
 
 def _reasons(plan: Plan, formulas: Formulas) -> Iterator[tuple[str, str]]:
@@ -205,7 +205,9 @@ def _words(plan: Plan, formulas: Formulas) -> str:
     if not plan.fifos:
         return "0: nothing waits"
     most = max(plan.fifos, key=lambda fifo: fifo.depth)
-    where = f"the deepest, {most.id}, holds {formulas.name(most.value)} for {count(most.depth, 'word')}"
+    where = (
+        f"the deepest, {most.id}, holds {formulas.symbol(most.value).text} for {count(most.depth, 'word')}"
+    )
     at = "" if plan.options.get("minimize") == "fifo" else " at this latency"
     verdict = _verdict(plan, "fifo_words", plan.fifo_words)
     return f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')}{at}; {where}; {verdict}"

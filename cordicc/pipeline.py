@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from cordicc.backends.diagram import Diagram
     from cordicc.backends.report import Explored
 
-MAX_OPERATIONS, MAX_INPUTS = 5_000, 250
+MAX_OPERATIONS, MAX_INPUTS = 5_000, 1_000
 """Operations and inputs of which a plan is made at the most; beyond, it would take minutes."""
 
 ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")

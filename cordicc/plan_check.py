@@ -102,6 +102,10 @@ def check_problem(plan: Plan) -> None:
         raise ValueError("the outputs of the problem differ")
     if not set(plan.accuracy) <= set(outputs):
         raise ValueError("the accuracy is of another output")
+    for name, figures in plan.accuracy.items():
+        seen = figures["observed"]
+        if seen["histogram"] and None in (seen["max"], seen["rms"]):
+            raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
     samples = problem["samples"]
     if samples is not None:
         columns: Mapping[str, list[float]] = samples["columns"]

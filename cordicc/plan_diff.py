@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.formulas import Formulas
+from cordicc.backends.formulas import Formulas
 from cordicc.plan import Plan
 from cordicc.plan_json import as_dict
 from cordicc.sheet import Block, Heading, Sheet, Table
 from cordicc.targets.model import CAU_KINDS
 
-_NUMBERED = re.compile(r"\bo[0-9]+\.(\w+)")
+_NUMBERED = re.compile(r"\bo[0-9]+(?:\.(\w+))?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,9 +117,12 @@ def _operations(first: Plan, second: Plan) -> list[Difference]:
 def _computed(plan: Plan) -> Counter[str]:
     """Return what operations compute; numbers of operations differ for no reason and are left out."""
     formulas = Formulas(plan)
-    done = [(o, formulas.unit(o) if o.kind in CAU_KINDS else []) for o in plan.operations]
-    caus = [f"{o.mode}: " + _NUMBERED.sub(r"<\1>", line) for o, lines in done for line in lines[:1]]
-    others = [f"{o.mode} in the equation of {o.equation}" for o, lines in done if not lines]
+    caus = [
+        f"{o.mode}: " + _NUMBERED.sub(lambda found: f"<{found[1] or 'value'}>", formulas.of(o)[0].text)
+        for o in plan.operations
+        if o.kind in CAU_KINDS
+    ]
+    others = [f"{o.mode} in the equation of {o.equation}" for o in plan.operations if o.kind not in CAU_KINDS]
     return Counter([*caus, *others])
 
 

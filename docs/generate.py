@@ -9,6 +9,9 @@ import re
 import sys
 from pathlib import Path
 
+from cordicc import pipeline
+from cordicc.backends.diagram import PAGE_WIDTH
+from cordicc.backends.labels import headline
 from cordicc.codes import CODES, HELP, UNATTAINABLE
 from cordicc.diagnostics import InvalidInput, Source
 from cordicc.frontend.load import parse_problem
@@ -74,15 +77,42 @@ def _example() -> str:
     raise AssertionError("the example has no mistake")
 
 
+_GALLERY_HEAD = """# Gallery
+
+The examples of `examples/` on the default target, each with the datapath of its plan.
+
+This page and its pictures are written by `python docs/generate.py`.
+"""
+
+
+def gallery() -> dict[Path, str]:
+    """Return the page of the examples and their pictures, by path."""
+    made: dict[Path, str] = {}
+    page = [_GALLERY_HEAD]
+    for example in sorted((ROOT / "examples").glob("*.yaml")):
+        plan = pipeline.plan_file(example, pipeline.Options()).plan
+        made[DOCS / "gallery" / f"{example.stem}.svg"] = pipeline.picture(plan, "datapath", PAGE_WIDTH)
+        text = " ".join(plan.description.split())
+        page.append(
+            f"\n## {plan.name}\n\n"
+            + (f"{_plain(text)}\n\n" if text else "")
+            + f"[examples/{example.name}](../examples/{example.name}): {_plain(headline(plan))}\n\n"
+            f"![Datapath of {plan.name}](gallery/{example.stem}.svg)\n"
+        )
+    made[DOCS / "gallery.md"] = "".join(page)
+    return made
+
+
 def files() -> dict[Path, str]:
     """Return the texts of everything that is generated, by path."""
-    return {DOCS / "diagnostics.md": diagnostics_page()}
+    return {DOCS / "diagnostics.md": diagnostics_page(), **gallery()}
 
 
 def main() -> None:
     """Write what differs."""
     for path, text in files().items():
         if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
             print(f"wrote {path.relative_to(ROOT)}", file=sys.stderr)
 

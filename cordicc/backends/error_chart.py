@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -95,7 +96,8 @@ def _chart(name: str, found: Any, bound: float | None, axis: _Axis, angles: dict
 def _range(exponent: int, axis: _Axis) -> str:
     if exponent <= axis.first:
         return f"below {math.ldexp(1.0, axis.first + 1):.2e}"
-    return f"{math.ldexp(1.0, exponent):.2e} to {math.ldexp(1.0, exponent + 1):.2e}"
+    end = math.ldexp(1.0, exponent + 1) if exponent + 1 < sys.float_info.max_exp else sys.float_info.max
+    return f"{math.ldexp(1.0, exponent):.2e} to {end:.2e}"
 
 
 def _mark(svg: Svg, x: float, base: float, dash: str) -> None:

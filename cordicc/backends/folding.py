@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from cordicc.backends.layout import Layout, Net, Pin, arrange
+from cordicc.backends.layout import Layout, Net, Pin, arrange, estimated_columns
 from cordicc.backends.shapes import Shape, link_shape
 
 _LABELS = 150
@@ -19,6 +19,9 @@ _LABELS = 150
 
 _STRETCH = 1.15
 """How far beyond the limit one row is better than two."""
+
+_MOST_AT_ONCE = 300
+"""Boxes of a diagram that is laid out in one row to see how wide it is; of more, the width is estimated."""
 
 _TRIES = 4
 
@@ -45,26 +48,34 @@ class Band:
 
 def fold(shapes: Sequence[Shape], nets: Sequence[Net], limit: float | None) -> list[Band]:
     """Return a diagram in rows of about `limit` pixels, as far as single layers allow; None: in one row."""
-    whole = arrange([shape.box for shape in shapes], nets)
-    if limit is None or whole.width <= limit * _STRETCH:
-        return [Band(tuple(shapes), tuple(nets), whole, range(len(whole.columns)))]
+    boxes = [shape.box for shape in shapes]
+    if limit is not None and len(boxes) > _MOST_AT_ONCE:
+        columns = estimated_columns(boxes, nets)
+    else:
+        whole = arrange(boxes, nets)
+        columns = whole.columns
+        if limit is None or whole.width <= limit * _STRETCH:
+            return [Band(tuple(shapes), tuple(nets), whole, range(len(columns)))]
     room = limit - _LABELS
     for _ in range(_TRIES):
-        starts = _starts(whole, shapes, nets, room)
-        rows = [range(*ends) for ends in pairwise([*starts, len(whole.columns)])]
+        starts = _starts(columns, shapes, nets, room)
+        rows = [range(*ends) for ends in pairwise([*starts, len(columns)])]
         placed = _with_late_boxes(shapes, nets, rows)
-        bands = [_band(placed, nets, row, index) for index, row in enumerate(rows)]
+        used = {row for _, row in placed.values()}  # all boxes of a row may have moved on
+        bands = [_band(placed, nets, row, index) for index, row in enumerate(rows) if index in used]
         excess = max(band.layout.width for band in bands) - limit
-        if excess <= 0 or len(starts) == len(whole.columns):
+        if excess <= 0 or len(starts) == len(columns):
             break
         room -= excess
     return bands
 
 
-def _starts(whole: Layout, shapes: Sequence[Shape], nets: Sequence[Net], room: float) -> list[int]:
+def _starts(
+    columns: Sequence[tuple[int, int]], shapes: Sequence[Shape], nets: Sequence[Net], room: float
+) -> list[int]:
     """Return the first layer of each row: the fewest rows, then the fewest wires cut."""
     layer = {shape.box.id: shape.box.layer for shape in shapes}
-    count = len(whole.columns)
+    count = len(columns)
     cut = [0] * (count + 1)
     for net in nets:
         last = max((layer[sink.box] for sink in net.sinks), default=0)
@@ -72,10 +83,10 @@ def _starts(whole: Layout, shapes: Sequence[Shape], nets: Sequence[Net], room: f
             cut[after] += 1
     best: list[tuple[int, int, int]] = [(0, 0, 0)]
     for end in range(1, count + 1):
-        right = sum(whole.columns[end - 1])
+        right = sum(columns[end - 1])
         options = []
         for first in range(end - 1, -1, -1):
-            if first < end - 1 and right - whole.columns[first][0] > room:
+            if first < end - 1 and right - columns[first][0] > room:
                 break
             rows, cuts, _ = best[first]
             options.append((rows + 1, cuts + cut[first], first))
@@ -98,11 +109,17 @@ def _with_late_boxes(shapes: Sequence[Shape], nets: Sequence[Net], rows: Sequenc
     """
     row_of = {layer: index for index, row in enumerate(rows) for layer in row}
     placed = {shape.box.id: (shape, row_of[shape.box.layer]) for shape in shapes}
+    drivers: dict[str, str] = {}
+    fed_by: dict[str, list[str]] = {}
+    for net in nets:
+        for end in _ends(net):
+            drivers.setdefault(end, net.source.box)
+            fed_by.setdefault(net.source.box, []).append(end)
     # Feeders follow: of two segments in sequence the second one moves first.
     for shape in sorted(shapes, key=lambda each: -each.box.layer):
         own = placed[shape.box.id][1]
-        driver = next((net.source.box for net in nets if shape.box.id in _ends(net)), None)
-        fed = [placed[end] for net in nets if net.source.box == shape.box.id for end in _ends(net)]
+        driver = drivers.get(shape.box.id)
+        fed = [placed[end] for end in fed_by.get(shape.box.id, ())]
         together = driver is not None and placed[driver][1] == own and placed[driver][0].kind != "input"
         if shape.kind not in ("fifo", "input") or not fed or together:
             continue

@@ -24,7 +24,8 @@ class Formulas:
     """The formulas of a plan's values and operations."""
 
     def __init__(self, plan: Plan) -> None:
-        self._names = {item.value: name for name, item in reversed(plan.outputs.items()) if item.value}
+        made = {name for o in plan.operations for name in o.results}
+        self._names = {i.value: name for name, i in reversed(plan.outputs.items()) if i.value in made}
         self._inline: dict[str, tuple[Formula, int]] = {}
         self._results: dict[str, tuple[Formula, ...]] = {}
         taken = Counter(item.value for o in plan.operations for item in o.operands)
@@ -51,6 +52,10 @@ class Formulas:
     def of(self, operation: Operation) -> tuple[Formula, ...]:
         """Return an equation for each result that is used, of an implicit CAU the equation that it solves."""
         return self._results[operation.id]
+
+    def written_out(self, value: str) -> bool:
+        """Tell whether a value stands for what it is made of in the formulas of what takes it."""
+        return value in self._inline
 
     def _add(self, operation: Operation) -> None:
         operands = [self.operand(item) for item in operation.operands]

@@ -16,6 +16,9 @@ from cordicc.backends.routing import GRID, Channel, Crossing, Route, route
 GAP = 2 * GRID
 CHANNEL_MARGIN = 14
 
+MOST_TRACKS_ESTIMATED = 40
+"""Tracks that a channel is estimated to need at the most; most nets pass in a straight line."""
+
 Point = tuple[int, int]
 
 
@@ -96,7 +99,7 @@ def arrange(boxes: Sequence[Box], nets: Sequence[Net]) -> Layout:
     graph = _Graph(boxes, nets)
     layers = placing.order(graph.nodes, graph.edges, graph.layers)
     tops = placing.heights(graph.nodes, graph.edges, layers, GAP, GRID)
-    channels = [route(graph.crossings(index, tops)) for index in range(max(len(graph.layers) - 1, 0))]
+    channels = [route(crossings) for crossings in graph.crossings(tops)]
     widths = [0] * len(graph.layers)
     for box in boxes:
         widths[box.layer] = max(widths[box.layer], box.width)
@@ -108,6 +111,24 @@ def arrange(boxes: Sequence[Box], nets: Sequence[Net]) -> Layout:
     places = {box.id: (columns[box.layer][0], tops[index]) for index, box in enumerate(boxes)}
     height = max((tops[index] + node.height for index, node in enumerate(graph.nodes)), default=0)
     return Layout(places, tuple(columns), tuple(graph.wires(tops, columns, channels)), x, height)
+
+
+def estimated_columns(boxes: Sequence[Box], nets: Sequence[Net]) -> tuple[tuple[int, int], ...]:
+    """Return about where the columns of a layout would be, in linear time: left edge and width of each."""
+    depth = max((box.layer for box in boxes), default=-1) + 1
+    layer = {box.id: box.layer for box in boxes}
+    starting, ending = [0] * (depth + 1), [0] * (depth + 1)
+    for net in nets:
+        starting[layer[net.source.box]] += 1
+        ending[max((layer[pin.box] for pin in net.sinks), default=layer[net.source.box])] += 1
+    columns: list[tuple[int, int]] = []
+    x = crossing = 0
+    for index in range(depth):
+        width = max((box.width for box in boxes if box.layer == index), default=0)
+        columns.append((x, width))
+        crossing += starting[index] - ending[index]
+        x += width + 2 * CHANNEL_MARGIN + GRID * min(crossing, MOST_TRACKS_ESTIMATED)
+    return tuple(columns)
 
 
 def _channel_width(channel: Channel) -> int:
@@ -163,17 +184,14 @@ class _Graph:
             for step, edges in enumerate(steps):
                 yield number, first + step, edges
 
-    def crossings(self, channel: int, tops: Sequence[int]) -> list[Crossing]:
-        """Return what crosses the channel after layer `channel`."""
-        return [
-            Crossing(
-                number,
-                tops[edges[0].source] + edges[0].source_offset,
-                tuple(sorted(tops[edge.target] + edge.target_offset for edge in edges)),
-            )
-            for number, layer, edges in self.steps()
-            if layer == channel
-        ]
+    def crossings(self, tops: Sequence[int]) -> list[list[Crossing]]:
+        """Return what crosses the channel after each layer but the last one."""
+        found: list[list[Crossing]] = [[] for _ in self.layers[1:]]
+        for number, layer, edges in self.steps():
+            left = tops[edges[0].source] + edges[0].source_offset
+            right = sorted(tops[edge.target] + edge.target_offset for edge in edges)
+            found[layer].append(Crossing(number, left, tuple(right)))
+        return found
 
     def wires(self, tops: Sequence[int], columns: Sequence[Point], channels: Sequence[Channel]) -> list[Wire]:
         """Return each net as segments and branch points."""

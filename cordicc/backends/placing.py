@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 SWEEPS = 12
 MOST_EDGES = 20_000
-"""Of a drawing whose order is improved; beyond, no order makes it readable, and the search takes minutes."""
+"""Of a drawing whose order and heights are improved; beyond, none is readable, and it takes minutes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +106,15 @@ def heights(
 ) -> list[int]:
     """Choose the top of each node so that wires run straight; the order within layers stays.
 
-    All heights, gaps and offsets are multiples of the raster, hence so are the results, from 0 on.
+    All heights, gaps and offsets are multiples of the raster, hence so are the results, from 0 on.  In a
+    large drawing layers are only centred.
     """
     tops = [0] * len(nodes)
     for layer in layers:
-        _stack(nodes, layer, tops, {}, gap, pass_gap)
+        _centre(nodes, layer, tops, gap, pass_gap)
+    if len(edges) > MOST_EDGES:
+        least = min(tops, default=0)
+        return [top - least for top in tops]
     neighbours: dict[int, list[tuple[int, int, bool]]] = {}
     for edge in edges:
         shift = edge.source_offset - edge.target_offset
@@ -131,6 +135,24 @@ def heights(
     return [top - least for top in tops]
 
 
+def _centre(nodes: Sequence[Node], layer: Sequence[int], tops: list[int], gap: int, pass_gap: int) -> None:
+    """Set the tops of a layer one below the other, that of the node in the middle to 0."""
+    offsets = _offsets(nodes, layer, gap, pass_gap)
+    for node, offset in zip(layer, offsets, strict=True):
+        tops[node] = offset - offsets[len(offsets) // 2]
+
+
+def _offsets(nodes: Sequence[Node], layer: Sequence[int], gap: int, pass_gap: int) -> list[int]:
+    """Return how far below the first node of a layer each one has to be."""
+    offset, offsets = 0, []
+    for index, node in enumerate(layer):
+        if index:
+            above = nodes[layer[index - 1]]
+            offset += above.height + (pass_gap if above.passes and nodes[node].passes else gap)
+        offsets.append(offset)
+    return offsets
+
+
 def _weight(nodes: Sequence[Node], node: int, other: int, *, agrees: bool) -> int:
     long = 3 if nodes[node].passes and nodes[other].passes else 1
     return long * (4 if agrees else 1)
@@ -148,14 +170,9 @@ def _stack(
 
     Pool adjacent violators: after subtracting what must lie above, tops have to ascend.
     """
-    offset = 0
-    offsets: list[int] = []
+    offsets = _offsets(nodes, layer, gap, pass_gap)
     blocks: list[tuple[int, int, list[tuple[int, int]]]] = []
-    for index, node in enumerate(layer):
-        if index:
-            above = nodes[layer[index - 1]]
-            offset += above.height + (pass_gap if above.passes and nodes[node].passes else gap)
-        offsets.append(offset)
+    for node, offset in zip(layer, offsets, strict=True):
         wanted = wishes.get(node) or [(tops[node], 1)]
         pool = [(top - offset, weight) for top, weight in wanted]
         value, size = _median(pool), 1

@@ -6,10 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from markupsafe import Markup
-
 from cordicc.backends import labels
-from cordicc.backends.about import Cards, math
+from cordicc.backends.formulas import Formulas
+from cordicc.backends.mathml import Formula
 from cordicc.ir.ops import Level
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Operation, Plan
@@ -20,7 +19,7 @@ class Unit:
     """A CAU of an equation: formulas, and sentences on why, formulas in them between backticks."""
 
     operation: Operation
-    formulas: tuple[Markup, ...]
+    formulas: tuple[Formula, ...]
     why: tuple[str, ...]
 
 
@@ -35,7 +34,7 @@ class Recognised:
     rest: str
 
 
-def recognised(plan: Plan, cards: Cards) -> list[Recognised]:
+def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
     """Return the equations in order, then what belongs to none of them, if there is anything."""
     functions = _functions(plan)
     groups: dict[str, list[Operation]] = {}
@@ -53,16 +52,15 @@ def recognised(plan: Plan, cards: Cards) -> list[Recognised]:
             Recognised(
                 target,
                 texts.get(target, ""),
-                tuple(_unit(each, cards, _why(each, functions.get(target, frozenset()))) for each in units),
-                tuple(_unit(each, cards, each.derivation) for each in told),
+                tuple(
+                    Unit(each, formulas.of(each), _why(each, functions.get(target, frozenset())))
+                    for each in units
+                ),
+                tuple(Unit(each, formulas.of(each), each.derivation) for each in told),
                 _rest(group, small),
             )
         )
     return made
-
-
-def _unit(operation: Operation, cards: Cards, why: Sequence[str]) -> Unit:
-    return Unit(operation, tuple(math(each) for each in cards.formulas.of(operation)), tuple(why))
 
 
 def _functions(plan: Plan) -> dict[str, frozenset[str]]:

@@ -76,7 +76,7 @@ def render(
             constants=sorted(plan.problem.get("constants", {}).items()),
             assumptions=report_tables.assumptions(plan),
             warnings=plan.problem.get("warnings", []),
-            recognised=recognition.recognised(plan, cards),
+            recognised=recognition.recognised(plan, cards.formulas),
             operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
             formulas=lambda operation: [math(each) for each in cards.formulas.of(operation)],
             own_errors=cards.errors,
@@ -158,6 +158,7 @@ def _environment(typeset: Typesetter) -> Environment:
     environment.filters |= {
         "formula": formula,
         "prose": prose,
+        "math": math,
         "sign": lambda text: math(mathml.name(clean(str(text)))),
         "decimal": lambda item: labels.constant(str(item)),
         "function": labels.function,

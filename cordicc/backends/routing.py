@@ -10,6 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+MOST_WEIGHED = 1_000
+"""Nets of a channel of which each two are compared for the order with fewer crossings; of more, none are."""
+
 GRID = 8
 """Pixels between lanes; all terminals lie on this raster."""
 
@@ -54,19 +57,20 @@ def route(crossings: list[Crossing]) -> Channel:
     placed: dict[int, int] = {}
     track = 0
     while pending:
-        free = [net for net in pending if not _blockers(net, pending, turns)]
+        free = _free(pending, turns)
         if not free:
             _cut(min(pending), pending, turns, used)
             continue
-        free.sort(key=lambda net: (_score(net, pending, turns), net))
+        if len(pending) <= MOST_WEIGHED:
+            free.sort(key=lambda net: (_score(net, pending, turns), net))
         spans: list[tuple[int, int]] = []
         for net in free:
             low, high = _span(pending[net].left, turns[net])
             if all(high + GRID <= other_low or other_high + GRID <= low for other_low, other_high in spans):
                 spans.append((low, high))
                 placed[net] = track
-        for net in placed:
-            pending.pop(net, None)
+        for net in [net for net in free if net in placed]:
+            del pending[net]
         track += 1
     return _channel(crossings, placed, turns, track)
 
@@ -91,10 +95,14 @@ def _span(left: int, turns: dict[int, int]) -> tuple[int, int]:
     return min(heights), max(heights)
 
 
-def _blockers(net: int, pending: dict[int, Crossing], turns: dict[int, dict[int, int]]) -> list[int]:
-    """Return the unplaced nets that come in at a height at which `net` goes out."""
-    heights = set(turns[net].values())
-    return [other for other, crossing in pending.items() if other != net and crossing.left in heights]
+def _free(pending: dict[int, Crossing], turns: dict[int, dict[int, int]]) -> list[int]:
+    """Return the nets that go out at no height at which another unplaced one comes in."""
+    entering: dict[int, set[int]] = {}
+    for net, crossing in pending.items():
+        entering.setdefault(crossing.left, set()).add(net)
+    return [
+        net for net in pending if all(entering.get(height, {net}) <= {net} for height in turns[net].values())
+    ]
 
 
 def _cut(net: int, pending: dict[int, Crossing], turns: dict[int, dict[int, int]], used: set[int]) -> None:

@@ -83,12 +83,11 @@ def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, 
     observed = {}
     for name, error in errors(reference, angles, outputs).items():
         if error.size:
-            rms = float(np.sqrt(np.mean(np.square(error))))
             where = int(np.argmax(error))
             bins = Errors()
             bins.add(error, np.arange(error.size), rank=False)
             at = int(np.flatnonzero(both)[where])
-            observed[name] = Observed(float(error[where]), rms, at, tuple(bins.rows()))
+            observed[name] = Observed(float(error[where]), bins.rms, at, tuple(bins.rows()))
         else:
             observed[name] = Observed(None, None, None)
     return Comparison(

@@ -15,6 +15,9 @@ Floats = NDArray[np.float64]
 ZERO = -1075
 """The bin of errors that are exactly 0."""
 
+_HUGE, _PLACES = 2.0**500, 600
+"""Errors from which squares may overflow, and the places by which such errors are shifted before."""
+
 
 def angular(difference: Floats, is_angle: bool) -> Floats:
     """Return the size of differences; of angles in radians, modulo 2 pi."""
@@ -55,6 +58,7 @@ class Errors:
     keep: int = 5
     count: int = 0
     squares: float = 0.0
+    huge_squares: float = 0.0
     bins: Counter[int] = field(default_factory=Counter)
     worst: list[tuple[float, int]] = field(default_factory=list)
 
@@ -66,7 +70,10 @@ class Errors:
         if not errors.size:
             return
         self.count += errors.size
-        self.squares += float(np.square(errors).sum())
+        if errors.max() < _HUGE:
+            self.squares += float(np.square(errors).sum())
+        else:
+            self.huge_squares += float(np.square(np.ldexp(errors, -_PLACES)).sum())
         exponents = np.where(errors > 0, np.frexp(errors)[1] - 1, ZERO)
         found, counts = np.unique(exponents, return_counts=True)
         self.bins.update(dict(zip(found.tolist(), counts.tolist(), strict=True)))
@@ -86,7 +93,12 @@ class Errors:
     @property
     def rms(self) -> float | None:
         """The root of the mean square, None without samples."""
-        return math.sqrt(self.squares / self.count) if self.count else None
+        if not self.count:
+            return None
+        if not self.huge_squares:
+            return math.sqrt(self.squares / self.count)
+        squares = self.huge_squares + math.ldexp(self.squares, -2 * _PLACES)
+        return math.ldexp(math.sqrt(squares / self.count), _PLACES)
 
     def rows(self) -> list[tuple[float, int]]:
         """Return the histogram: lower end of each bin and its count, without gaps, 0 first if it occurs."""

@@ -7,6 +7,7 @@ bits.  A result without a value is None; so is all that follows from it.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache
@@ -25,6 +26,8 @@ PRECISION = 113
 
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
+
+_LARGEST_DOUBLE = sys.float_info.max
 
 _TIMES = {
     4: "sin cos tan atan atan2 sinh cosh tanh exp log pow wrap solve_pair",
@@ -64,7 +67,8 @@ def evaluate(
 
     Returns:
         The outputs, float64 of shape (n,), correctly rounded from at least `PRECISION` bits, NaN where
-        they have no value; and which samples are valid: every operation of the graph has its value.
+        they have no value, and the largest double for numbers beyond it; and which samples are valid:
+        every operation of the graph has its value.
     """
     count = len(next(iter(inputs.values()))) if inputs else 1
     results, settled = np.full((len(graph.outputs), count), np.nan), np.zeros(count, dtype=bool)
@@ -111,7 +115,8 @@ def _evaluate_rounded(
         for row, at in wanted:
             result = values[at]
             if result is not None:
-                results[row, sample] = libmp.to_float(result, rnd="n")
+                number = libmp.to_float(result, rnd="n")
+                results[row, sample] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
 
 
 def effort(graph: Graph) -> int:

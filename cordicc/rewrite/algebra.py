@@ -16,6 +16,9 @@ from cordicc.ir.ops import OPS, Level
 _ODD = ("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh")
 _EVEN = ("cos", "cosh", "abs")
 
+_MODERATE = Fraction(1, 2**64)
+"""The least factor that is moved out of a product, and the reciprocal of the largest."""
+
 
 def power_of_two(number: Fraction) -> int | None:
     """Return n with |number| = 2**n, or None."""
@@ -153,8 +156,13 @@ class Algebra(Builder):
             number = self.constant(one)
             if number is not None:
                 return self.scale(number, other)
-        (factor_a, a), (factor_b, b) = factored(self.nodes, a), factored(self.nodes, b)
-        return self.scale(factor_a * factor_b, self.emit("mul", (a, b)))
+        (factor_a, base_a), (factor_b, base_b) = factored(self.nodes, a), factored(self.nodes, b)
+        factor = factor_a * factor_b
+        if not _MODERATE <= abs(factor) <= 1 / _MODERATE:
+            # Moved out of powers, factors grow until the base underflows: (2x)^1000 is in a format where
+            # x^1000 is 0.
+            return self.emit("mul", (a, b))
+        return self.scale(factor, self.emit("mul", (base_a, base_b)))
 
     def scale(self, factor: Fraction, a: Value) -> Value:
         """Return factor * a in its cheapest form: nothing, a sign, a shift, a constant product."""

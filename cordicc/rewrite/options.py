@@ -138,7 +138,8 @@ def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> 
 def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float) -> None:
     """Let the results themselves have the error bound that is usual over the samples, everywhere."""
     for k in {classes.exact(v) for v in outputs} & set(least):
-        least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
+        if not np.isnan(least[k]).all():
+            least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
 
 
 def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:

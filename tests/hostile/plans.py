@@ -118,14 +118,20 @@ CHANGES: dict[str, Callable[[], str | bytes]] = {
 WELL_FORMED = ("markup everywhere", "a name that drives a terminal", "ranges of 1e308")
 """Changes that leave a plan that can be run."""
 
+
+def writer(make: Callable[[], str | bytes]) -> Callable[[Path], None]:
+    """Return what writes a changed plan into a folder."""
+
+    def write(folder: Path) -> None:
+        content = make()
+        encoded = content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+        (folder / "plan.json").write_bytes(encoded)
+
+    return write
+
+
 CASES = [
-    Case(f"{command}: {name}", arguments, {}, ("ok", "E600", "E601", "E602", "E603"),
-         lambda folder, make=make: _write(folder, make()))
+    Case(f"{command}: {name}", arguments, {}, ("ok", "E600", "E601", "E602", "E603"), writer(make))
     for name, make in CHANGES.items()
     for command, arguments in COMMANDS.items()
-]  # fmt: skip
-
-
-def _write(folder: Path, content: str | bytes) -> None:
-    encoded = content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
-    (folder / "plan.json").write_bytes(encoded)
+]

@@ -284,7 +284,6 @@ SIZES = [
         "1,000 inputs",
         "inputs:\n" + "".join(f"  x{i}: [0, 1]\n" for i in range(1000))
         + "equations:\n  - w = " + "+".join(f"x{i}" for i in range(1000)) + "\n",
-        "E415",
     ),
     compiling(
         "200 inputs",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,21 +13,14 @@ from tests.hostile.running import run
 
 CASES = [case for module in (problems, tables, targets, graphs, plans, places) for case in module.CASES]
 PEAK_BYTES = 1 << 30
-OPEN = {"powers that overflow": "a shift by millions of places comes out valid, with an infinite error"}
-"""Cases that do not end well yet, and why."""
-
-
-def marked(case: Case) -> Any:
-    """Return a case as a parameter; one that is open must still fail."""
-    marks = [pytest.mark.xfail(reason=OPEN[case.name], strict=True)] if case.name in OPEN else []
-    return pytest.param(case, marks=marks, id=re.sub(r"\W+", "-", case.name))
+IDS = [re.sub(r"\W+", "-", case.name) for case in CASES]
 
 
 def test_names_are_unique() -> None:
     assert len({case.name for case in CASES}) == len(CASES)
 
 
-@pytest.mark.parametrize("case", [marked(case) for case in CASES])
+@pytest.mark.parametrize("case", CASES, ids=IDS)
 def test_ends_well(case: Case, tmp_path: Path) -> None:
     case.lay_out(tmp_path)
     before = {path.name for path in tmp_path.iterdir()}

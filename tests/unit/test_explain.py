@@ -69,8 +69,15 @@ def test_plans_without_units_and_constant_outputs(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
     shown = run("explain", tmp_path / "p.yaml").stdout
     assert "There is none" in shown
-    assert "  y  = x\n  z  = 1 + 2 x\n  c  = 3\n" in shown
+    assert "  y  = x\n  z  = 1 + 2*x\n  c  = 3\n" in shown
     assert "no operation needs one" in shown
+
+
+def test_explanations_have_one_notation(planar: Plan) -> None:
+    """Formulas of units are written as the equations are."""
+    text = plain(explanation(planar))
+    assert "**2" in text
+    assert "^" not in text
 
 
 def test_a_problem_file_is_compiled_first(planar: Plan) -> None:

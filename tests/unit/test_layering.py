@@ -13,7 +13,7 @@ RANKS = [
     {"cli_common"},
     {"console"},
     {"explain", "plan_diff"},
-    {"api", "explore", "summary", "formulas", "trace", "sequence_text"},
+    {"api", "explore", "summary", "trace", "sequence_text"},
     {"pipeline"},
     {"guard_bits", "word_lengths", "within_error"},
     {"checks", "observation", "certify", "copies"},

@@ -48,6 +48,15 @@ def test_agrees_with_constant_folding(op: str, params: tuple) -> None:
             assert value["out"][index] == pytest.approx(float(expected), rel=1e-15, abs=1e-30), row
 
 
+def test_beyond_every_double_is_the_largest_one() -> None:
+    builder = Builder()
+    power = builder.emit("pow", (builder.input("x"),), (Fraction(9),))
+    value, valid = evaluate(builder.build({"out": power}), {"x": np.array([-1e40, 2.0, 1e300])})
+    largest = np.finfo(np.float64).max
+    assert value["out"].tolist() == [-largest, 512, largest]
+    assert valid.tolist() == [True, True, True]
+
+
 def test_correctly_rounded() -> None:
     """1/3 + 1/3 + 1/3 is 1: the work is done in more than double precision."""
     builder = Builder()

@@ -13,7 +13,6 @@ from html.parser import HTMLParser
 import pytest
 
 from cordicc.backends import error_chart, mathml, recognition, report, report_tables, schedule_chart
-from cordicc.backends.about import Cards
 from cordicc.backends.formulas import Formulas
 from cordicc.backends.front import Mark
 from cordicc.backends.unit_accuracy import own_errors
@@ -332,7 +331,7 @@ class TestFormulas:
 class TestRecognition:
     def test_each_operation_is_with_its_equation(self):
         plan = plans.planar()
-        groups = recognition.recognised(plan, Cards(plan))
+        groups = recognition.recognised(plan, Formulas(plan))
         assert [(group.target, len(group.units)) for group in groups] == [
             ("r2", 0),
             ("theta2", 1),
@@ -346,16 +345,16 @@ class TestRecognition:
         operation = next(o for o in plans.planar().operations if o.op == "implicit")
         moved = replace(operation, equation="beta", derivation=("`x = 1`, hence so",))
         plan = replace(plan, operations=(moved,), problem={**plan.problem, "program": program})
-        (unit,) = recognition.recognised(plan, Cards(plan))[-1].units
+        (unit,) = recognition.recognised(plan, Formulas(plan))[-1].units
         assert "`acos(C/B)` is the angle with" in unit.why[0]
         assert unit.why[-1] == "`x = 1`, hence so"
 
     def test_equations_without_operations_say_so(self):
         plan = plans.wheel()
-        texts = {group.target: group.rest for group in recognition.recognised(plan, Cards(plan))}
+        texts = {group.target: group.rest for group in recognition.recognised(plan, Formulas(plan))}
         plan = replace(plan, problem={**plan.problem, "equations": [{"target": "gone", "text": "gone = S"}]})
         assert texts["A"] == "By 1 constant multiplier."
-        assert recognition.recognised(plan, Cards(plan))[0].rest.startswith("No operation of its own")
+        assert recognition.recognised(plan, Formulas(plan))[0].rest.startswith("No operation of its own")
 
     def test_steps_are_sentences_with_formulas(self):
         plan = plans.planar()

@@ -211,6 +211,18 @@ def test_tanh_saturates_before_its_parts_overflow() -> None:
     assert [n.op for n in rewritten(graph).nodes].count("max") == 1
 
 
+@pytest.mark.parametrize("factor", [Fraction(2), Fraction(1, 2), Fraction(3)])
+def test_factors_stay_inside_powers_that_would_underflow_without(factor: Fraction) -> None:
+    def tower(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        inner = b.emit("pow", (b.emit("mul", (b.const(factor), x)),), (Fraction(32),))
+        return b.emit("pow", (inner,), (Fraction(32),))
+
+    graph = rewritten(build(tower))
+    outer = [node.params[0] for node in graph.nodes if node.op in ("shift", "cmul")]
+    assert outer
+    assert all(abs(Fraction(number)) <= 2**64 for number in outer)
+
+
 def test_difference_of_squares_is_hyperbolic_vectoring() -> None:
     def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
         square = b.emit("mul", (x, x))

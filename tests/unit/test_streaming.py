@@ -126,6 +126,14 @@ def test_screening_knows_every_function(tmp_path: Path) -> None:
         assert np.allclose(column[defined], screened[name][defined], rtol=1e-9, atol=1e-9)
 
 
+def test_errors_whose_squares_overflow() -> None:
+    errors = Errors()
+    errors.add(np.array([3e200, 4e200]), np.arange(2))
+    errors.add(np.array([1.0, 2.0]), np.arange(2))
+    assert errors.rms == pytest.approx(2.5e200)
+    assert errors.largest == 4e200
+
+
 def test_errors_and_their_histogram() -> None:
     errors = Errors(keep=3)
     errors.add(np.array([0.0, 0.5, 0.75, 1.0]), np.arange(4))
