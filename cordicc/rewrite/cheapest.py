@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from cordicc.ir.graph import Graph
+from cordicc.ir.graph import Graph, Node
 from cordicc.ir.problem import Problem
 from cordicc.ir.verify import verify
 from cordicc.rewrite.base import Context
+from cordicc.rewrite.conditioning import errors
 from cordicc.rewrite.costs import Costs, of_graph
 from cordicc.rewrite.filling import sample_points
-from cordicc.rewrite.numeric import Floats, evaluate
+from cordicc.rewrite.numeric import Floats, Results, evaluate
 from cordicc.rewrite.passes import default_passes
 from cordicc.rewrite.search import search
 from cordicc.rewrite.standard import StandardChains
 
-_POINTS = 200
+_POINTS = 1000
 _TRIES = 12
 _ROUNDING = 2.0**-24
-_WORSE = 24.0
+_WORSE = 8.0
 """How much more rounding may move an output at a sample than in the realisation of the passes."""
 
 _USUAL = 4.0
@@ -91,15 +92,24 @@ def as_accurate(problem: Problem, graph: Graph, other: Graph, points: Mapping[st
 def _moved(
     problem: Problem, graph: Graph, points: Mapping[str, Floats]
 ) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return the outputs, and how far rounding to single precision moves each, as a mean square."""
+    """Return the outputs, and how far single precision moves each, as a mean square.
+
+    Units err as they do: those that turn vectors by the vector's length, angles absolutely.
+    """
     values = evaluate(graph, points)
     exact = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
     squares = {name: np.zeros_like(value) for name, value in exact.items()}
     generator = np.random.Generator(np.random.PCG64(11))
 
-    def rounded(x: Floats) -> Floats:
-        moved: Floats = x * (1 + generator.uniform(-_ROUNDING, _ROUNDING, x.shape))
-        return moved
+    def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
+        exact = [np.zeros_like(x) for x in operands]
+        own = errors(node.op, node.params, operands, exact, made)
+        # An error without bound tells that the sample lies at an edge, and nothing else.
+        sizes = [np.nan_to_num(size, posinf=0.0) for size in own]
+        return tuple(
+            x + size * generator.uniform(-_ROUNDING, _ROUNDING, x.shape)
+            for x, size in zip(made, sizes, strict=True)
+        )
 
     for _ in range(_TRIES):
         values = evaluate(graph, points, rounded)

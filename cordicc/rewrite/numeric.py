@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.decimals import double_shift, nearest_double
-from cordicc.ir.graph import Graph, Param
+from cordicc.ir.graph import Graph, Node, Param
 
 Floats = NDArray[np.float64]
 
@@ -79,16 +79,21 @@ def results(op: str, params: Sequence[Param], operands: Sequence[Floats], shape:
     return tuple(np.broadcast_to(np.asarray(x, dtype=np.float64), (shape,)) for x in made)
 
 
+Results = tuple[Floats, ...]
+Noise = Callable[[Node, Sequence[Floats], Results], Results]
+"""Returns what becomes of the results of a node, given its operands."""
+
+
 def evaluate(
-    graph: Graph, inputs: Mapping[str, Floats], noise: Callable[[Floats], Floats] = lambda x: x
-) -> list[tuple[Floats, ...]]:
+    graph: Graph, inputs: Mapping[str, Floats], noise: Noise = lambda _, __, made: made
+) -> list[Results]:
     """Return the values of every result of every node; `noise` is applied to each of them."""
     count = len(next(iter(inputs.values()), np.zeros(1)))
-    found: list[tuple[Floats, ...]] = []
+    found: list[Results] = []
     for node in graph.nodes:
         if node.op == "input":
-            found.append((noise(inputs[str(node.params[0])]),))
+            found.append(noise(node, (), (inputs[str(node.params[0])],)))
             continue
         operands = [found[v.node][v.result] for v in node.operands]
-        found.append(tuple(noise(x) for x in results(node.op, node.params, operands, count)))
+        found.append(noise(node, operands, results(node.op, node.params, operands, count)))
     return found

@@ -8,7 +8,7 @@ import pytest
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite import angles, circles, filling, lifting, synthesis
-from cordicc.rewrite.numeric import evaluate
+from cordicc.rewrite.numeric import Results, evaluate
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 from tests.unit.test_rewrite_frames import store_of_inputs
 
@@ -127,10 +127,11 @@ def test_squares_of_half_angles_cancel_no_digits(tmp_path: Path, monkeypatch: Pa
         output = graph.outputs["r"]
         exact = evaluate(graph, inputs)[output.node][output.result]
         noise = np.random.default_rng(3)
-        tries = [
-            evaluate(graph, inputs, lambda x: x * (1 + noise.uniform(-1e-6, 1e-6, x.shape)))[output.node]
-            for _ in range(8)
-        ]
+
+        def rounded(_: object, __: object, made: Results) -> Results:
+            return tuple(x * (1 + noise.uniform(-1e-6, 1e-6, x.shape)) for x in made)
+
+        tries = [evaluate(graph, inputs, rounded)[output.node] for _ in range(8)]
         return float(np.max([np.abs(each[output.result] / exact - 1) for each in tries]))
 
     error = moved()
