@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from cordicc import __version__
-from cordicc.cli_common import FILE, plan_or_problem, write_or_print
+from cordicc.cli_common import COPIES, FILE, plan_or_problem, write_or_print
 from cordicc.cli_plans import diff, explain, schema
 from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
@@ -66,13 +66,7 @@ def main() -> None:
     metavar="HZ",
     help="Samples a second, instead of --ii: the longest interval that keeps up.",
 )
-@click.option(
-    "--copies",
-    type=click.IntRange(1, 64),
-    default=1,
-    show_default=True,
-    help="Instances of the problem that share the units.",
-)
+@COPIES
 @click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
 @click.option("--max-latency", type=click.IntRange(min=0), metavar="CYCLES", help="Most cycles.")
 @click.option(

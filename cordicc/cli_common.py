@@ -14,6 +14,14 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path)
 
+COPIES = click.option(
+    "--copies",
+    type=click.IntRange(1, 64),
+    default=1,
+    show_default=True,
+    help="Instances of the problem that share the units.",
+)
+
 
 def write_or_print(path: Path, text: str) -> None:
     """Write a file, or to stdout if the path is '-'."""

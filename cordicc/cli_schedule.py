@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cordicc.cli_common import COPIES, FILE
 from cordicc.console import Progress, show, tell
 
 if TYPE_CHECKING:
     from cordicc.explore import Front
-
-_FILE = click.Path(path_type=Path)
 
 
 class Seconds(click.FloatRange):
@@ -33,8 +32,8 @@ class Seconds(click.FloatRange):
 
 
 @click.command()
-@click.argument("graph", type=_FILE, metavar="GRAPH.json")
-@click.option("-o", "--output", type=_FILE, metavar="OUT.json", help="Write here instead of stdout.")
+@click.argument("graph", type=FILE, metavar="GRAPH.json")
+@click.option("-o", "--output", type=FILE, metavar="OUT.json", help="Write here instead of stdout.")
 @click.option("--time-limit", type=Seconds(), metavar="SECONDS", help="Emergency stop of searches.")
 def schedule(graph: Path, output: Path | None, time_limit: float | None) -> None:
     """Schedule a bare graph of operations.
@@ -67,24 +66,18 @@ def schedule(graph: Path, output: Path | None, time_limit: float | None) -> None
 
 
 @click.command()
-@click.argument("file", type=_FILE)
+@click.argument("file", type=FILE)
 @click.option(
     "--target", default="kinematic", show_default=True, metavar="NAME|FILE", help="See 'cordicc targets'."
 )
 @click.option(
     "--units", type=click.Choice(["auto", "standard", "implicit"]), default="auto", show_default=True
 )
-@click.option(
-    "--copies",
-    type=click.IntRange(1, 64),
-    default=1,
-    show_default=True,
-    help="Instances of the problem that share the units.",
-)
+@COPIES
 @click.option("--jobs", type=click.IntRange(1, 1024), help="Processes.  [default: one a core]")
 @click.option("--cluster", metavar="ADDRESS", help="Address of a Dask scheduler to work on instead.")
 @click.option(
-    "-o", "--output", type=_FILE, metavar="FILE.svg", help="Plot.  [default: build/<name>/explore.svg]"
+    "-o", "--output", type=FILE, metavar="FILE.svg", help="Plot.  [default: build/<name>/explore.svg]"
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the points as one JSON object.")
 def explore(

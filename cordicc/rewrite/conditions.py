@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.graph import Graph, Param, Value
 from cordicc.rewrite.field import Element, Poly, TooLarge, monic
 from cordicc.rewrite.keys import Key
 from cordicc.rewrite.options import Alternatives, Option
+from cordicc.rewrite.parts import under_root
 from cordicc.rewrite.store import Store
 
 _TERMS = 300
@@ -174,21 +175,21 @@ def _offers(store: Store, choice: Alternatives) -> _Offers:
         values = store.algebra.nodes[option.node].operands
         facts = None
         if option.op == "lightcone" or option.params[0] == -1:
-            facts = _root_facts(store, option.op, values)
+            facts = _root_facts(store, option.op, option.params, values)
         elif option.params[0] == 1:
             facts = circle_facts(store, option.op, values)
         offers.append((number, option, facts or Facts(known=False)))
     return offers
 
 
-def _root_facts(store: Store, op: str, values: Sequence[Value]) -> Facts | None:
+def _root_facts(store: Store, op: str, params: Sequence[Param], values: Sequence[Value]) -> Facts | None:
     """Return what the root of a hyperbolic vectoring demands."""
     x, y = (store.element(v) for v in values[:2])
     if x is None or y is None or op == "implicit":
         return None
     ring = store.field
     try:
-        element = ring.sub(ring.mul(x, x), ring.mul(y, y)) if op == "vector" else ring.mul(x, y)
+        element = under_root(ring, op, params, (x, y))
         inside = ring.times(element.num, element.den)
         radicand = radicand_of(store, inside)
     except TooLarge:
@@ -203,7 +204,7 @@ def _of_node(
     choice: Alternatives,
     offers: _Offers,
     op: str,
-    params: Sequence[object],
+    params: Sequence[Param],
     operands: Sequence[Value],
     results: Sequence[Value],
 ) -> Iterable[Requirement]:
@@ -235,7 +236,7 @@ def _of_node(
         return
     if op == "implicit" and _always_solvable(store, operands):
         return
-    facts = _root_facts(store, op, operands)
+    facts = _root_facts(store, op, params, operands)
     angle_used = any(v.result == 1 for v in results)
     if facts is not None and not angle_used:
         if facts.square or _root_proven(store, op, operands):

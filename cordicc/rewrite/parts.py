@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from cordicc.arith.intervals import Interval
-from cordicc.ir.graph import Node, Value
+from cordicc.ir.graph import Node, Param, Value
 from cordicc.rewrite.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, rational
 from cordicc.rewrite.roots import square_root_of
 
@@ -73,11 +73,15 @@ def long_parts(known: Known, index: int) -> set[Value]:
     return found or {v for v in node.operands if is_long(v)}
 
 
-def rest_squared(field: Field, m: int, operands: Sequence[Element]) -> Element:
-    """Return the square of the second result of an implicit operation."""
-    squares = [field.mul(e, e) for e in operands]
-    difference = field.sub(squares[1], squares[2])
-    return field.add(squares[0], field.scale(Fraction(m), difference))
+def under_root(field: Field, op: str, params: Sequence[Param], operands: Sequence[Element]) -> Element:
+    """Return the square of the root that a unit takes: of vectorings the norm, of equations the rest."""
+    if op == "lightcone":
+        return field.mul(*operands[:2])
+    m = Fraction(params[0])
+    squares = [field.mul(e, e) for e in operands[: 3 if op == "implicit" else 2]]
+    if op == "implicit":
+        return field.add(squares[0], field.scale(m, field.sub(squares[1], squares[2])))
+    return field.add(squares[0], field.scale(m, squares[1]))
 
 
 def square_root(known: Known, radicand: Element) -> Element:

@@ -9,11 +9,10 @@ root of the product.
 from __future__ import annotations
 
 from contextlib import suppress
-from fractions import Fraction
 
 from cordicc.ir.graph import Node, Value
 from cordicc.rewrite.field import LOOKUP_TERMS, Element, Poly, TooLarge, rational
-from cordicc.rewrite.parts import rest_squared, square_root
+from cordicc.rewrite.parts import square_root, under_root
 from cordicc.rewrite.roots import square_root_of
 from cordicc.rewrite.store import Store
 from cordicc.rewrite.synthesis import Synthesis
@@ -23,9 +22,9 @@ def add_perfect_squares(store: Store) -> None:
     """Add the absolute value for each root of a square, and the angles of equations with such a rest."""
     synthesis = Synthesis(store)
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        radicand = _radicand(store, node)
+        square = _radicand(store, node)
         with suppress(TooLarge, ZeroDivisionError):
-            q = None if radicand is None else _square_root(store, radicand)
+            q = None if square is None else _square_root(store, square)
             if q is None or q.constant is not None:
                 continue
             store.begin(node.origin)
@@ -40,30 +39,25 @@ def add_perfect_squares(store: Store) -> None:
 
 def _radicand(store: Store, node: Node) -> Element | None:
     """Return the square of the root that an operation takes."""
-    field = store.field
+    if node.op not in ("implicit", "lightcone") and (node.op != "vector" or node.params[0] == 0):
+        return None
     operands = [store.element(v) for v in node.operands]
     known = [e for e in operands if e is not None]
     if len(known) < len(operands) or any(len(e.num) > LOOKUP_TERMS for e in known):
         return None
     with suppress(TooLarge):
-        if node.op == "implicit":
-            return rest_squared(field, int(node.params[0]), known)
-        if node.op == "vector" and node.params[0] != 0:
-            squares = [field.mul(e, e) for e in known[:2]]
-            return field.add(squares[0], field.scale(Fraction(node.params[0]), squares[1]))
-        if node.op == "lightcone":
-            return field.mul(*known)
+        return under_root(store.field, node.op, node.params, known)
     return None
 
 
-def _square_root(store: Store, radicand: Element) -> Element | None:
+def _square_root(store: Store, square: Element) -> Element | None:
     """Return an element with a given square, whatever its sign; the denominator may have any root."""
-    if radicand.is_zero:
+    if square.is_zero:
         return None
-    num = _halved(store, radicand.num)
-    if num is None or store.poly_sign(radicand.den) <= 0:
+    num = _halved(store, square.num)
+    if num is None or store.poly_sign(square.den) <= 0:
         return None
-    below = square_root(store, Element(radicand.den, store.field.one))
+    below = square_root(store, Element(square.den, store.field.one))
     return store.field.div(Element(num, store.field.one), below)
 
 

@@ -28,7 +28,7 @@ from cordicc.rewrite.field import (
 )
 from cordicc.rewrite.keys import ElementKey
 from cordicc.rewrite.numeric import Floats, results
-from cordicc.rewrite.parts import is_square_sum, long_parts, rest_squared, square_root
+from cordicc.rewrite.parts import is_square_sum, long_parts, square_root, under_root
 from cordicc.rewrite.polynomials import Polynomials
 from cordicc.rewrite.rotors import Rotors
 from cordicc.rewrite.signs import Signs
@@ -346,10 +346,9 @@ class Store:
                 x, y, z = operands
                 return x, field.add(y, field.mul(x, z))
             case "lightcone":
-                return square_root(self, field.mul(*operands)), None
+                return square_root(self, under_root(field, node.op, node.params, operands)), None
             case "implicit":
-                rest = rest_squared(self.field, int(node.params[0]), operands)
-                return None, square_root(self, rest)
+                return None, square_root(self, under_root(field, node.op, node.params, operands))
         return (None,) * width
 
     def _new_free(self, value: Value) -> Element:
@@ -363,7 +362,7 @@ class Store:
         if m == 0:
             quotient = field.div(y, x)
             return x, field.add(z, field.scale(Fraction(sign), quotient))
-        squares = field.add(field.mul(x, x), field.scale(Fraction(m), field.mul(y, y)))
+        squares = under_root(field, node.op, node.params, operands)
         if m == 1:
             self._signs.know(squares, 1)
         return square_root(self, squares), None
