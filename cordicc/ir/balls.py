@@ -1,6 +1,7 @@
 """Evaluation of a graph in balls (Arb): midpoints with proven error radii, for most samples the fastest way.
 
-Every number that goes on has `_GOOD_BITS` certain bits, so that its sign is known, or is exactly zero.
+Every number that a decision or a function with a limited domain takes has `_GOOD_BITS` certain bits, so
+that its sign is known, or is exactly zero.  Sums and products take balls of any width.
 An operation that is certainly outside its domain has no value, nor has what follows from it.  Whatever the
 balls leave open (a result that may be outside its domain, a comparison of equals, a number that no double
 holds, a result between two doubles) ends the sample as undecided: the caller evaluates it by
@@ -10,6 +11,7 @@ holds, a result between two doubles) ends the sample as undecided: the caller ev
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -26,7 +28,13 @@ _BELOW_PI = 3.14
 _TRIALS = 64
 """Samples after which balls are given up if they decide less than half."""
 
+_KEPT = 64
+"""Nodes for which it is known what to go on with after them."""
+
 Ball = Any  # flint.arb
+_Step = tuple[Callable[..., Ball], list[int], int, bool, Node]
+"""Function, nodes of the operands, node, whether the result is to be looked at, the node itself."""
+
 _ONE, _ZERO = arb(1), arb(0)
 _NO_VALUE = arb("nan")
 
@@ -52,7 +60,7 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tupl
     if any(node.op not in _FUNCTIONS for node in graph.nodes if node.op not in ("input", "const")):
         return results, decided
     with ctx.workprec(_PRECISION):
-        run = _compiled(graph, inputs)
+        run = _Program(graph, inputs).run
         undecided = 0
         finite = np.logical_and.reduce([np.isfinite(column) for column in inputs.values()], initial=True)
         for tried, sample in enumerate(np.flatnonzero(np.broadcast_to(finite, count)).tolist()):
@@ -66,56 +74,127 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tupl
     return results, decided
 
 
-def _compiled(graph: Graph, inputs: Mapping[str, np.ndarray]) -> Callable[[int], list[float]]:
-    """Return what evaluates one sample."""
-    values: list[Ball] = [None] * len(graph.nodes)
-    columns: list[tuple[int, list[float]]] = []
-    program: list[tuple[Callable[..., Ball], list[int], int, Node]] = []
-    for index, node in enumerate(graph.nodes):
-        if node.op == "input":
-            columns.append((index, inputs[str(node.params[0])].tolist()))
-        elif node.op == "const":
-            values[index] = _rational(Fraction(node.params[0]))
-        else:
-            program.append((_FUNCTIONS[node.op](*node.params), [v.node for v in node.operands], index, node))
-    wanted = [value.node for value in graph.outputs.values()]
-    value_of = values.__getitem__
+class _Program:
+    """The operations of a graph on one sample after the other."""
 
-    def run(sample: int) -> list[float]:
-        for at, numbers in columns:
+    def __init__(self, graph: Graph, inputs: Mapping[str, np.ndarray]) -> None:
+        self._values: list[Ball] = [None] * len(graph.nodes)
+        self._columns: list[tuple[int, list[float]]] = []
+        self._wanted = [value.node for value in graph.outputs.values()]
+        steps: list[_Step] = []
+        checked = _checked(graph, inputs)
+        for index, node in enumerate(graph.nodes):
+            if node.op == "input":
+                self._columns.append((index, inputs[str(node.params[0])].tolist()))
+            elif node.op == "const":
+                self._values[index] = _rational(Fraction(node.params[0]))
+            else:
+                function, operands = _FUNCTIONS[node.op](*node.params), [v.node for v in node.operands]
+                steps.append((function, operands, index, index in checked, node))
+        self._steps = steps
+        self._left: dict[int, tuple[list[_Step], set[int]]] = {}
+
+    def run(self, sample: int) -> list[float]:
+        """Return the outputs for a sample, NaN for those without a value.  Raises _Undecided."""
+        values, value_of = self._values, self._values.__getitem__
+        for at, numbers in self._columns:
             values[at] = arb(numbers[sample])
-        for step, (function, operands, at, _) in enumerate(program):
+        for step in self._steps:
+            function, operands, at, check, _ = step
             made = function(*map(value_of, operands))
             # The midpoint of what is not finite, or of what has no value, is none of these either.
-            if made.rel_accuracy_bits() < _GOOD_BITS or not -_LARGEST < float(made) < _LARGEST:
-                return without(step)
+            if check and (made.rel_accuracy_bits() < _GOOD_BITS or not -_LARGEST < float(made) < _LARGEST):
+                self._be_outside(step)
+                return self._without(at)
             values[at] = made
-        return [_rounded(values[at]) for at in wanted]
+        return [_rounded(values[at]) for at in self._wanted]
 
-    def without(start: int) -> list[float]:
-        """Go on from a step without a usable result, leaving out what is certainly undefined."""
+    def _without(self, node: int) -> list[float]:
+        """Go on after a node without a value, leaving out what hangs on such nodes."""
+        values = self._values
         missing: set[int] = set()
-        for function, operands, at, node in program[start:]:
-            if not missing.isdisjoint(operands):
+        steps, gone = self._after(node)
+        for step in steps:
+            function, operands, at, check, _ = step
+            if missing and not missing.isdisjoint(operands):
                 missing.add(at)
                 continue
-            arguments = [values[operand] for operand in operands]
-            made = function(*arguments)
-            if made.rel_accuracy_bits() >= _GOOD_BITS and -_LARGEST < float(made) < _LARGEST:
-                values[at] = made
-            elif node.op in _OUTSIDE and _OUTSIDE[node.op](*node.params)(*arguments):
+            made = function(*(values[operand] for operand in operands))
+            if check and (made.rel_accuracy_bits() < _GOOD_BITS or not -_LARGEST < float(made) < _LARGEST):
+                self._be_outside(step)
                 missing.add(at)
-            else:
-                raise _Undecided
-        return [math.nan if at in missing else _rounded(values[at]) for at in wanted]
+            values[at] = made
+        return [math.nan if at in gone or at in missing else _rounded(values[at]) for at in self._wanted]
 
-    return run
+    def _be_outside(self, step: _Step) -> None:
+        """Raise _Undecided unless the operands of a step are certainly outside its domain."""
+        _, operands, _, _, node = step
+        test = _OUTSIDE.get(node.op)
+        if test is None or not test(*node.params)(*(self._values[operand] for operand in operands)):
+            raise _Undecided
+
+    def _after(self, node: int) -> tuple[list[_Step], set[int]]:
+        """Return the steps after a node that outputs need which do not hang on it, and what hangs on it."""
+        if node not in self._left:
+            if len(self._left) == _KEPT:
+                self._left.clear()
+            gone = {node}
+            for _, operands, at, _, _ in self._steps:
+                if not gone.isdisjoint(operands):
+                    gone.add(at)
+            needed = {at for at in self._wanted if at not in gone}
+            steps = []
+            for step in reversed(self._steps):
+                if step[2] in needed:
+                    needed.update(step[1])
+                    if step[2] > node:
+                        steps.append(step)
+            self._left[node] = steps[::-1], gone
+        return self._left[node]
+
+
+def _checked(graph: Graph, inputs: Mapping[str, np.ndarray]) -> set[int]:
+    """Return the nodes whose numbers must be looked at: uncertain or large ones do not go on from there.
+
+    Not those that sums, products, sines and cosines alone take and that are never large.
+    """
+    sizes: list[float] = []
+    checked = set()
+    for index, node in enumerate(graph.nodes):
+        if node.op == "input":
+            sizes.append(float(np.max(np.abs(inputs[str(node.params[0])]), initial=0.0)))
+        elif node.op == "const":
+            sizes.append(_size(Fraction(node.params[0])))
+        else:
+            bound = _SIZES.get(node.op)
+            sizes.append(_LARGEST if bound is None else bound(node, *(sizes[v.node] for v in node.operands)))
+        if not sizes[index] < _LARGEST:
+            checked.add(index)
+        if node.op not in _SIZES:
+            checked.update(v.node for v in node.operands)
+    return checked
+
+
+def _size(number: Fraction) -> float:
+    return float(abs(number)) if abs(number) < _LARGEST else _LARGEST
+
+
+_SIZES: dict[str, Callable[..., float]] = {
+    "add": lambda node, a, b: a + b,
+    "sub": lambda node, a, b: a + b,
+    "mul": lambda node, a, b: a * b,
+    "cmul": lambda node, a: a * _size(Fraction(node.params[0])),
+    "neg": lambda node, a: a,
+    "sin": lambda node, a: 1.0,
+    "cos": lambda node, a: 1.0,
+}
+"""How large results can be, for the operations that take balls of any width."""
 
 
 def _rounded(ball: Ball) -> float:
     """Return the double next to every number of the ball."""
     number = float(ball.lower())
-    if number != float(ball.upper()) or (abs(number) < _SMALLEST and not ball.is_zero()):
+    if number != float(ball.upper()) or not (_SMALLEST < abs(number) < _LARGEST or ball.is_zero()):
         raise _Undecided
     return number
 
@@ -174,6 +253,8 @@ def _hypot(a: Ball, b: Ball) -> Ball:
 def _power(exponent: Fraction) -> Callable[[Ball], Ball]:
     half = Fraction(exponent)
     if half.denominator == 1:
+        if half == 2:
+            return lambda a: a * a
         whole = arb(half.numerator)
         return lambda a: a**whole
     twice = arb(half.numerator)
@@ -229,12 +310,12 @@ def _solve_pair(A1: Ball, B1: Ball, C1: Ball, A2: Ball, B2: Ball, C2: Ball) -> B
 
 
 _FUNCTIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
-    "add": _plain(lambda a, b: a + b),
-    "sub": _plain(lambda a, b: a - b),
-    "mul": _plain(lambda a, b: a * b),
+    "add": _plain(operator.add),
+    "sub": _plain(operator.sub),
+    "mul": _plain(operator.mul),
     "cmul": _scaled,
     "shift": _shifted,
-    "neg": _plain(lambda a: -a),
+    "neg": _plain(operator.neg),
     "abs": _plain(abs),
     "sign": _plain(_sign),
     "min": _plain(lambda a, b: a if _less(a, b) else b),
@@ -243,25 +324,25 @@ _FUNCTIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
     "select": _plain(lambda s, a, b: b if _negative(s) else a),
     "guard": _guard,
     "wrap": _plain(_wrap),
-    "div": _plain(lambda a, b: a / b),
+    "div": _plain(operator.truediv),
     "pow": _power,
-    "sqrt": _plain(lambda a: a.sqrt()),
+    "sqrt": _plain(arb.sqrt),
     "hypot": _plain(_hypot),
-    "sin": _plain(lambda a: a.sin()),
-    "cos": _plain(lambda a: a.cos()),
-    "tan": _plain(lambda a: a.tan()),
-    "asin": _plain(lambda a: a.asin()),
-    "acos": _plain(lambda a: a.acos()),
-    "atan": _plain(lambda a: a.atan()),
+    "sin": _plain(arb.sin),
+    "cos": _plain(arb.cos),
+    "tan": _plain(arb.tan),
+    "asin": _plain(arb.asin),
+    "acos": _plain(arb.acos),
+    "atan": _plain(arb.atan),
     "atan2": _plain(_atan2),
-    "sinh": _plain(lambda a: a.sinh()),
-    "cosh": _plain(lambda a: a.cosh()),
-    "tanh": _plain(lambda a: a.tanh()),
-    "asinh": _plain(lambda a: a.asinh()),
-    "acosh": _plain(lambda a: a.acosh()),
-    "atanh": _plain(lambda a: a.atanh()),
-    "exp": _plain(lambda a: a.exp()),
-    "log": _plain(lambda a: a.log()),
+    "sinh": _plain(arb.sinh),
+    "cosh": _plain(arb.cosh),
+    "tanh": _plain(arb.tanh),
+    "asinh": _plain(arb.asinh),
+    "acosh": _plain(arb.acosh),
+    "atanh": _plain(arb.atanh),
+    "exp": _plain(arb.exp),
+    "log": _plain(arb.log),
     "solve": _solve,
     "solve_pair": _plain(_solve_pair),
 }

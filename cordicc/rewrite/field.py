@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
@@ -26,6 +27,9 @@ from cordicc.rewrite.roots import square_root_of
 
 Poly = Any
 """A polynomial of python-flint, `fmpq_mpoly`."""
+
+Factors = tuple[Any, list[tuple[Poly, int]]]
+"""A constant, and polynomials with their exponents."""
 
 _TERMS = 4_000
 """Terms of a numerator and a denominator together; larger elements are given up."""
@@ -48,7 +52,7 @@ class TooLarge(Exception):
     """An element has outgrown the work that is spent on it, or the generators are used up."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Element:
     """num/den, in lowest terms; `powers` are the factors of den by their numbers."""
 
@@ -56,7 +60,7 @@ class Element:
     den: Poly
     powers: Powers = ()
 
-    @property
+    @cached_property
     def key(self) -> ElementKey:
         """What is equal for equal elements."""
         return Key(self.num), Key(self.den)
@@ -114,8 +118,10 @@ class Field:
         self.zero = self.context.constant(0)
         self._nothing = Element(self.zero, self.one)
         self._denominators = Denominators(self.one, self._multiplied)
+        self._products: dict[frozenset[ElementKey], tuple[Element, frozenset[str]]] = {}
         self._displayed: dict[ElementKey, Poly | None] = {}
-        self._factored: dict[Key, tuple[Any, list[tuple[Poly, int]]]] = {}
+        self._factored: dict[Key, Factors] = {}
+        self._squarefree: dict[Key, Factors] = {}
 
     def generator(self, index: int) -> Poly:
         """Return a generator as a polynomial."""
@@ -166,6 +172,7 @@ class Field:
         if self._denominators.holds(index):
             return False
         self._relations[index] = base
+        self._products.clear()
         if fact:
             self._facts[index] = fact
         return True
@@ -274,9 +281,22 @@ class Field:
         return self.add(a, self.scale(Fraction(-1), b))
 
     def mul(self, a: Element, b: Element) -> Element:
-        """Return a b."""
+        """Return a b.  Raises TooLarge."""
         if a.is_zero or b.is_zero:
             return self._nothing
+        key = frozenset((a.key, b.key))
+        if key not in self._products:
+            before, self.touched = self.touched, set()
+            try:
+                product = self._product(a, b)
+            finally:
+                touched, self.touched = self.touched, before
+            self._products[key] = product, frozenset(touched)
+        product, facts = self._products[key]
+        self.touched |= facts
+        return product
+
+    def _product(self, a: Element, b: Element) -> Element:
         first, second = dict(a.powers), dict(b.powers)
         num, below = self._denominators.lowest(a.num, b.powers, [i for i in second if i not in first])
         other, under = self._denominators.lowest(b.num, a.powers, [i for i in first if i not in second])
@@ -310,12 +330,19 @@ class Field:
         """Return a / b.  Raises ZeroDivisionError."""
         return self.mul(a, self.inverse(b))
 
-    def factors(self, poly: Poly) -> tuple[Any, list[tuple[Poly, int]]]:
+    def factors(self, poly: Poly) -> Factors:
         """Return a constant and the irreducible factors of a polynomial with their exponents."""
         key = Key(poly)
         if key not in self._factored:
             self._factored[key] = poly.factor()
         return self._factored[key]
+
+    def squarefree_factors(self, poly: Poly) -> Factors:
+        """Return a constant and square-free factors of a polynomial with their exponents."""
+        key = Key(poly)
+        if key not in self._squarefree:
+            self._squarefree[key] = poly.factor_squarefree()
+        return self._squarefree[key]
 
     def split(self, poly: Poly, index: int) -> tuple[Poly, Poly]:
         """Return (p, q) with poly = p + q g for a generator g of a relation."""

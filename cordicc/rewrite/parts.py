@@ -95,7 +95,7 @@ def square_root(known: Known, radicand: Element) -> Element:
         raise TooLarge
     if known.poly_sign(radicand.den) < 0:
         outside = field.scale(Fraction(-1), outside)
-    constant, factors = whole.factor_squarefree() if len(whole) <= LOOKUP_TERMS else (1, [(whole, 1)])
+    constant, factors = field.squarefree_factors(whole) if len(whole) <= LOOKUP_TERMS else (1, [(whole, 1)])
     inside = field.one * constant
     pulled = field.one
     for base, exponent in factors:
