@@ -105,27 +105,27 @@ def _add_angle(store: Store, synthesis: Synthesis, index: int, node: Node, q: El
 def add_roots_of_products(store: Store) -> None:
     """Add the product of two roots as the root of the product."""
     store.reason = ("the product of two roots is the root of the product",)
-    squares = _squares(store)
+    roots = _roots(store)
     for index, node in enumerate(tuple(store.algebra.nodes)):
         if node.op != "mul" or node.operands[0] == node.operands[1]:
             continue
-        first, second = (squares.get(store.find(v)) for v in node.operands)
+        first, second = (roots.get(store.find(v)) for v in node.operands)
         if first is not None and second is not None:
             store.begin(node.origin)
-            made = store.make("lightcone", (first, second))
+            made = store.make("lightcone", (_square(store, first), _square(store, second)))
             store.union(made[0], Value(index))
 
 
-def _squares(store: Store) -> dict[Value, Value]:
-    """Return the squares of values that are roots of a sum or product of two."""
-    found: dict[Value, Value] = {}
-    for index, node in enumerate(tuple(store.algebra.nodes)):
-        root = store.find(Value(index))
-        if root in found:
-            continue
-        if node.op == "vector" and node.params[0] == 1:
-            x, y = node.operands[:2]
-            found[root] = store.add(store.mul(x, x), store.mul(y, y))
-        elif node.op == "lightcone":
-            found[root] = store.mul(*node.operands)
+def _roots(store: Store) -> dict[Value, Node]:
+    """Return the values that are roots of a sum or product of two, with what makes them."""
+    found: dict[Value, Node] = {}
+    for index, node in enumerate(store.algebra.nodes):
+        if node.op == "lightcone" or (node.op == "vector" and node.params[0] == 1):
+            found.setdefault(store.find(Value(index)), node)
     return found
+
+
+def _square(store: Store, root: Node) -> Value:
+    """Return the square of a root."""
+    x, y = root.operands[:2]
+    return store.mul(x, y) if root.op == "lightcone" else store.add(store.mul(x, x), store.mul(y, y))

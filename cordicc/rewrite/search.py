@@ -258,17 +258,19 @@ def _add_sums(store: Store) -> None:
         if rotor is not None:
             distinct.setdefault((rotor[0].key, rotor[1].key), value)
     values = list(distinct.values())[:24]
-    turns = [np.exp(1j * store.numbers(v)) for v in values]
+    if len(values) < 3:
+        return
+    turns = np.stack([np.exp(1j * store.numbers(v)) for v in values])
     for (i, p), (j, q) in combinations(enumerate(values), 2):
         for sign in (1, -1):
             both = turns[i] * (turns[j] if sign == 1 else np.conj(turns[j]))
+            # One row for each angle and sign in front of the sum: how far they differ at the points.
+            rests = np.stack((turns, np.conj(turns)), axis=1) * np.conj(both)
+            constant = np.max(np.abs(rests - rests[..., :1]), axis=-1) < 1e-9
             for k, r in enumerate(values):
-                if k in (i, j):
-                    continue
-                for whole in (1, -1):
-                    rest = (turns[k] if whole == 1 else np.conj(turns[k])) * np.conj(both)
-                    if np.max(np.abs(rest - rest[0])) < 1e-9:
-                        _add_sum(store, r, whole, p, q, sign, rest[0])
+                for column, whole in enumerate((1, -1)):
+                    if k not in (i, j) and constant[k, column]:
+                        _add_sum(store, r, whole, p, q, sign, rests[k, column, 0])
 
 
 def _quarters(count: int) -> str:
