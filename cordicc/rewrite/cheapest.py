@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from cordicc.ir.graph import Graph, Node
+from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.problem import Problem
 from cordicc.ir.verify import verify
 from cordicc.rewrite.base import Context
@@ -16,7 +16,7 @@ from cordicc.rewrite.costs import Costs, of_graph
 from cordicc.rewrite.filling import sample_points
 from cordicc.rewrite.numeric import Floats, Results, evaluate
 from cordicc.rewrite.passes import default_passes
-from cordicc.rewrite.search import search
+from cordicc.rewrite.search import Realisations
 from cordicc.rewrite.standard import StandardChains
 
 _POINTS = 1000
@@ -64,29 +64,82 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
     least = of_graph(graph, costs, context.goal)
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
-        found = None
-        for found in search(problem, context.inputs, bases, costs, context.goal, lift=lift):
+        realisations = Realisations(problem, context.inputs, bases, costs, context.goal, lift=lift)
+        found = realisations.best()
+        if found is None:
+            return Choice(graph)
+        while found is not None:
             made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
             verify(made)
             if of_graph(made, costs, context.goal) >= least:
                 return Choice(graph, proven=found.proven, searched=True)
-            if as_accurate(problem, graph, made, points):
+            inaccurate = less_accurate(problem, graph, made, points)
+            if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
                 return Choice(made, found.proven, True, steps, found.facts)
-        if found is None:
-            return Choice(graph)
+            if costs.implicit:
+                name, sample = inaccurate
+                point = {each: column[sample : sample + 1] for each, column in points.items()}
+                realisations.ban(found, culprit(made, name, point))
+            found = realisations.best()
     return Choice(graph, searched=True)
 
 
-def as_accurate(problem: Problem, graph: Graph, other: Graph, points: Mapping[str, Floats]) -> bool:
-    """Tell whether rounding of every operation moves no output much more in the other graph, anywhere."""
+def less_accurate(
+    problem: Problem, graph: Graph, other: Graph, points: Mapping[str, Floats]
+) -> tuple[str, int] | None:
+    """Return an output and a sample that rounding moves much more in the other graph, None if there is none.
+
+    Of all outputs and samples those that are moved most, compared with what they may be.
+    """
     exact, first = _moved(problem, graph, points)
     _, second = _moved(problem, other, points)
+    worst, found = 1.0, None
     for name, value in exact.items():
         usual = max(float(np.median(first[name])), _ROUNDING * float(np.max(np.abs(value))))
-        if not np.all(second[name] <= np.maximum(_WORSE * first[name], _USUAL * usual)):
-            return False
-    return True
+        ratios = second[name] / np.maximum(_WORSE * first[name], _USUAL * usual)
+        sample = int(np.argmax(ratios))
+        if ratios[sample] > worst:
+            worst, found = float(ratios[sample]), (name, sample)
+    return found
+
+
+def culprit(graph: Graph, name: str, point: Mapping[str, Floats]) -> Value:
+    """Return the result whose rounding moves an output at a sample most."""
+    results = [
+        Value(index, r)
+        for index, node in enumerate(graph.nodes)
+        if node.op not in ("input", "const")
+        for r in range(len(node.definition.results))
+    ]
+    columns = {value: column for column, value in enumerate(results)}
+    numbers = iter(range(len(graph.nodes)))
+
+    def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
+        index = next(numbers)
+        own = _own_errors(node, operands, made)
+        moved = []
+        for r, (x, size) in enumerate(zip(made, own, strict=True)):
+            column = columns.get(Value(index, r))
+            step = np.zeros_like(x)
+            if column is not None:
+                step[column] = _ROUNDING * size[column]
+            moved.append(x + step)
+        return tuple(moved)
+
+    # One column for each result, in which it alone is moved, and one in which none is.
+    inputs = {name: np.full(len(results) + 1, column[0]) for name, column in point.items()}
+    output = graph.outputs[name]
+    found = evaluate(graph, inputs, rounded)[output.node][output.result]
+    moved = np.nan_to_num(np.abs(found - found[-1]))
+    return results[int(np.argmax(np.minimum(moved, np.abs(moved - 2 * np.pi))[:-1]))]
+
+
+def _own_errors(node: Node, operands: Sequence[Floats], made: Results) -> list[Floats]:
+    """Return how far an operation itself moves its results, in roundings."""
+    own = errors(node.op, node.params, operands, [np.zeros_like(x) for x in operands], made)
+    # An error without bound tells that the sample lies at an edge, and nothing else.
+    return [np.nan_to_num(size, posinf=0.0) for size in own]
 
 
 def _moved(
@@ -101,10 +154,7 @@ def _moved(
     generator = np.random.Generator(np.random.PCG64(11))
 
     def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
-        exact = [np.zeros_like(x) for x in operands]
-        own = errors(node.op, node.params, operands, exact, made)
-        # An error without bound tells that the sample lies at an edge, and nothing else.
-        sizes = [np.nan_to_num(size, posinf=0.0) for size in own]
+        sizes = _own_errors(node, operands, made)
         return tuple(
             x + size * generator.uniform(-_ROUNDING, _ROUNDING, x.shape)
             for x, size in zip(made, sizes, strict=True)

@@ -76,7 +76,7 @@ def results(op: str, params: Sequence[Param], operands: Sequence[Floats], shape:
     with np.errstate(all="ignore"):
         made = _FUNCTIONS[op](*params, *operands)
     made = made if isinstance(made, tuple) else (made,)
-    return tuple(np.broadcast_to(np.asarray(x, dtype=np.float64), (shape,)) for x in made)
+    return tuple(x if x.shape == (shape,) else np.broadcast_to(x, (shape,)) for x in made)
 
 
 Results = tuple[Floats, ...]

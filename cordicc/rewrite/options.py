@@ -6,8 +6,8 @@ modulo 2 pi, which is all that a rotation, a wrap and a sum inside one of them a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -87,19 +87,24 @@ class Classes:
 
 
 def alternatives(
-    store: Store, certain: int, outputs: Mapping[str, Value], extra: Iterable[Value], worse: float
+    store: Store,
+    certain: int,
+    outputs: Mapping[str, Value],
+    extra: Iterable[Value],
+    worse: float,
+    banned: Collection[Value] = (),
 ) -> Alternatives:
     """Return all that may compute the outputs, and `extra` values that a guard may want.
 
     The first `certain` nodes of the store are the realisation to be no less accurate than: an operation
     that yields one of its values, with a bound of the rounding error more than `worse` times as large, is
-    left out.
+    left out, and so are the results in `banned`.
     """
     classes = Classes(store)
     options: list[Option] = []
     least: dict[int, Floats] = {}
     for index in range(len(store.algebra.nodes)):
-        made = _options(store, classes, index)
+        made = [_without(option, banned) for option in _options(store, classes, index)]
         if index < certain:
             _remember(store, made[:1], least)
             options += made
@@ -124,6 +129,14 @@ def alternatives(
         if each in used and any(i in renumber for i in made)
     }
     return Alternatives(tuple(options[i] for i in kept), wanted, pruned, classes.exact)
+
+
+def _without(option: Option, banned: Collection[Value]) -> Option:
+    """Return an option that does not yield some results."""
+    results = tuple(
+        () if Value(option.node, number) in banned else result for number, result in enumerate(option.results)
+    )
+    return option if results == option.results else replace(option, results=results)
 
 
 def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> None:

@@ -26,14 +26,15 @@ def rebuild(
     needs: Sequence[Requirement],
     extraction: Extraction,
     graph: Graph,
-) -> tuple[Graph, dict[int, tuple[str, ...]]]:
-    """Return the graph of an extraction and the steps that lead to its nodes."""
+) -> tuple[Graph, dict[int, tuple[str, ...]], dict[int, int]]:
+    """Return the graph of an extraction, the steps that lead to its nodes, and the store's nodes they are."""
     builder = Algebra()
     for node in graph.nodes:
         if node.op == "input":
             builder.emit("input", (), node.params)
     made: dict[int, tuple[Value, ...]] = {}
     steps: dict[int, tuple[str, ...]] = {}
+    sources: dict[int, int] = {}
 
     def value_of(wanted: int) -> Value:
         todo = [wanted]
@@ -51,6 +52,7 @@ def rebuild(
                     why = _steps(store, option)
                     for index in range(before, len(builder.nodes)):
                         steps.setdefault(index, why)
+                        sources[index] = option.node
             else:
                 todo += pending
         return result_of(wanted)
@@ -80,7 +82,8 @@ def rebuild(
     live = Graph(tuple(builder.nodes), outputs).live()
     kept_nodes = [i for i, node in enumerate(builder.nodes) if i in live or node.op == "input"]
     told = {new: steps[old] for new, old in enumerate(kept_nodes) if steps.get(old)}
-    return builder.build(outputs), told
+    known = {new: sources[old] for new, old in enumerate(kept_nodes) if old in sources}
+    return builder.build(outputs), told, known
 
 
 def facts_of(store: Store, choice: Alternatives, extraction: Extraction, certain: int) -> frozenset[str]:

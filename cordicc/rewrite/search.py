@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
@@ -21,7 +21,7 @@ from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.explanation import circle_steps, name_of
 from cordicc.rewrite.extraction import extract
 from cordicc.rewrite.field import TooLarge
-from cordicc.rewrite.filling import SUMS, angles_of, fill, sample_points
+from cordicc.rewrite.filling import SUMS, Filled, angles_of, fill, sample_points
 from cordicc.rewrite.frames import add_frames
 from cordicc.rewrite.keys import Key, RotorKey
 from cordicc.rewrite.lifting import Lifting
@@ -37,48 +37,91 @@ from cordicc.rewrite.synthesis import Synthesis
 
 _NODES = 400
 _SUBSETS = 16
-_WORSE = (16.0, 12.0, 8.0, 4.0)
+_WORSE = (16.0, 16.0, 16.0, 8.0, 4.0)
 """How many times the error bound of a value in the realisation of the passes an operation is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The chosen graph, whether it is proven best over the alternatives, steps by node, facts used."""
+    """The chosen graph, whether it is proven best over the alternatives, steps by node, facts used.
+
+    `sources` are the nodes of the search that the nodes are.
+    """
 
     graph: Graph
     proven: bool
     steps: Mapping[int, tuple[str, ...]]
-    facts: tuple[str, ...] = ()
+    facts: tuple[str, ...]
+    sources: Mapping[int, int]
 
 
-def search(
-    problem: Problem,
-    ranges: Mapping[str, Interval],
-    graphs: Sequence[Graph],
-    costs: Costs,
-    goal: str,
-    *,
-    lift: bool = True,
-) -> Iterator[Found]:
-    """Yield the best realisations found around those given, ever fewer roundings allowed to a value.
+class Realisations:
+    """The best realisations around those given, one after the other."""
 
-    Nothing is yielded where the work limits end the search.
+    def __init__(
+        self,
+        problem: Problem,
+        ranges: Mapping[str, Interval],
+        graphs: Sequence[Graph],
+        costs: Costs,
+        goal: str,
+        *,
+        lift: bool = True,
+    ) -> None:
+        """Find the alternatives.
 
-    Args:
-        problem: the problem, for its samples.
-        ranges: an enclosure of each input.
-        graphs: realisations in unit operations, implicit ones included; the first one's conditions are kept.
-        costs: what operations cost.
-        goal: as `--minimize`.
-        lift: whether values may be scaled by common denominators.
-    """
-    if not problem.inputs or sum(len(g.nodes) for g in graphs) > _NODES:
-        return
-    points = sample_points(problem, graphs)
-    filled = None if points is None else fill(problem, ranges, graphs, points)
-    if filled is None:
-        return
-    store, moved, certain = filled.store, filled.moved, filled.certain
+        Args:
+            problem: the problem, for its samples.
+            ranges: an enclosure of each input.
+            graphs: realisations in unit operations, implicit ones included; the first one gives conditions.
+            costs: what operations cost.
+            goal: as `--minimize`.
+            lift: whether values may be scaled by common denominators.
+        """
+        self._problem, self._graph, self._costs, self._goal = problem, graphs[0], costs, goal
+        self._outputs: dict[str, Value] = {}
+        self._allowed = list(_WORSE)
+        self._banned: set[Value] = set()
+        self._filled = None
+        if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
+            points = sample_points(problem, graphs)
+            self._filled = None if points is None else fill(problem, ranges, graphs, points)
+        if self._filled is not None:
+            self._outputs = _explore(self._filled, graphs, lift=lift)
+
+    def ban(self, found: Found, value: Value) -> None:
+        """Take a result of an operation of a realisation no more: its rounding moves an output too far."""
+        if value.node in found.sources:
+            self._banned.add(Value(found.sources[value.node], value.result))
+
+    def best(self) -> Found | None:
+        """Return the best realisation, None if the work limits end the search or all was tried.
+
+        Each time fewer roundings are allowed to every value.
+        """
+        if self._filled is None or not self._allowed:
+            return None
+        store, moved, certain = self._filled.store, self._filled.moved[0], self._filled.certain
+        subjects = [
+            moved[v.node][v.result] for n in self._graph.nodes if n.definition.partial for v in n.operands
+        ]
+        choice = alternatives(store, certain, self._outputs, subjects, self._allowed.pop(0), self._banned)
+        store.begin("")
+        needs = requirements(store, self._graph, moved, choice)
+        conditions = frozenset(store.field.touched)
+        zeros = frozenset([choice.class_of(store.const(0))])
+        extraction = extract(choice, needs, zeros, self._costs, self._goal)
+        if extraction is None:
+            return None
+        graph, steps, sources = rebuild(store, choice, needs, extraction, self._graph)
+        facts = conditions | facts_of(store, choice, extraction, certain)
+        told = tuple(fact.text for fact in self._problem.assumptions if fact.text in facts)
+        return Found(graph, extraction.proven, steps, told, sources)
+
+
+def _explore(filled: Filled, graphs: Sequence[Graph], *, lift: bool) -> dict[str, Value]:
+    """Add all that the rules find to a store; return the outputs."""
+    store, moved = filled.store, filled.moved
     outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
     for graph, values in zip(graphs[1:], moved[1:], strict=True):
         for name, value in graph.outputs.items():
@@ -106,22 +149,7 @@ def search(
     add_multiples(store)
     add_orders(store)
     add_pairs(store)
-    subjects = [
-        moved[0][v.node][v.result] for n in graphs[0].nodes if n.definition.partial for v in n.operands
-    ]
-    for worse in _WORSE:
-        choice = alternatives(store, certain, outputs, subjects, worse)
-        store.begin("")
-        needs = requirements(store, graphs[0], moved[0], choice)
-        conditions = frozenset(store.field.touched)
-        zeros = frozenset([choice.class_of(store.const(0))])
-        extraction = extract(choice, needs, zeros, costs, goal)
-        if extraction is None:
-            return
-        graph, steps = rebuild(store, choice, needs, extraction, graphs[0])
-        facts = conditions | facts_of(store, choice, extraction, certain)
-        told = tuple(fact.text for fact in problem.assumptions if fact.text in facts)
-        yield Found(graph, extraction.proven, steps, told)
+    return outputs
 
 
 def _add_forms(store: Store) -> None:
