@@ -137,8 +137,9 @@ def _solved(
         provider = {k: o for (k, o), used in built.provides.items() if solver.value(used)}
         answer = provider, tuple(i for i, used in enumerate(built.guards) if solver.value(used))
         reached.append(round(solver.objective_value))
-        built.model.add(expression <= reached[-1])
-        _hint(built, {v.index: solver.value(v) for v in _variables(built)})
+        if len(reached) < len(goals):
+            built.model.add(expression <= reached[-1])
+            _hint(built, {v.index: solver.value(v) for v in _variables(built)})
     return answer, reached, proven
 
 

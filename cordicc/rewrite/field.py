@@ -40,6 +40,9 @@ _PRODUCT = 100_000
 _REDUCED = 2 * _TERMS
 """Terms of a polynomial whose squares of roots are still written out."""
 
+_SHORT = 16
+"""Terms of relations that are divided by."""
+
 _BITS = 4_000
 """Bits of the leading coefficient."""
 
@@ -221,8 +224,8 @@ class Field:
 
     def _remainder(self, poly: Poly, index: int, degree: int) -> Poly:
         relation = self._relations[index]
-        if degree == 2 and len(poly) < len(relation):
-            # Half the second derivative is the quotient; a division would go through all of the relation.
+        if degree == 2 and len(relation) > min(len(poly), _SHORT):
+            # Half the second derivative is the quotient; a division goes through the relation term by term.
             return poly - poly.derivative(index).derivative(index) * fmpq(1, 2) * relation
         return poly % relation
 
