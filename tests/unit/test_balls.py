@@ -147,3 +147,42 @@ def test_unit_operations_are_left_to_rounded_numbers() -> None:
         for name, definition in OPS.items()
     )
     assert not balls.evaluate(graph, {"x0": np.ones(2), "x1": np.ones(2)}, 2)[1].any()
+
+
+def test_goes_on_without_what_hangs_on_a_missing_result() -> None:
+    """Each output has its value where nothing on its own way is outside a domain."""
+    builder = Builder()
+    x, y = builder.input("x"), builder.input("y")
+    root, log = builder.emit("sqrt", [x]), builder.emit("log", [y])
+    outputs = {
+        "root": builder.emit("add", [root, y]),
+        "log": builder.emit("mul", [log, x]),
+        "both": builder.emit("sub", [root, log]),
+        "none": builder.emit("mul", [x, y]),
+    }
+    graph = builder.build(outputs)
+    columns = {"x": np.array([1.0, -1.0, 1.0, -1.0]), "y": np.array([2.0, 2.0, -2.0, -2.0])}
+    results, decided = balls.evaluate(graph, columns, 4)
+    assert decided.all()
+    assert np.isnan(results).tolist() == [
+        [False, True, False, True],
+        [False, False, True, True],
+        [False, True, True, True],
+        [False, False, False, False],
+    ]
+    assert np.array_equal(results, rounded(graph, columns), equal_nan=True)
+
+
+def test_sums_and_products_take_balls_of_any_width() -> None:
+    """A difference of equals goes on into a product, whose double is known for all that."""
+    builder = Builder()
+    x = builder.input("x")
+    third, twice = (builder.emit("cmul", [x], (Fraction(n, 3),)) for n in (1, 2))
+    rest = builder.emit("sub", [builder.emit("add", [third, third]), twice])
+    graph = builder.build({"out": builder.emit("add", [builder.emit("mul", [rest, x]), x])})
+    column = {"x": np.array([1.0, 5.0])}
+    results, decided = balls.evaluate(graph, column, 2)
+    assert decided.all()
+    assert np.array_equal(results[0], column["x"])
+    _, decided = balls.evaluate(graph, {"x": np.array([1e200])}, 1)
+    assert not decided.any(), "products that may be too large for a double are looked at"

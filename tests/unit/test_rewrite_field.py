@@ -177,3 +177,27 @@ def test_no_relation_for_what_a_denominator_holds() -> None:
     f, x, y = field()
     f.inverse(f.add(x, y))
     assert not f.relate(f.sub(f.mul(x, x), f.number(Fraction(2))).num)
+
+
+def test_products_that_are_known_name_the_facts_they_rest_on() -> None:
+    f, x, y = field()
+    before = f.mul(x, x)
+    assert f.relate(f.sub(f.add(before, f.mul(y, y)), f.number(Fraction(1))).num, "x^2 + y^2 = 1")
+    assert f.mul(x, x).key != before.key, "a relation makes products new"
+    for _ in range(2):
+        f.touched.clear()
+        assert f.mul(x, x).key == f.sub(f.number(Fraction(1)), f.mul(y, y)).key
+        assert f.touched == {"x^2 + y^2 = 1"}
+
+
+def test_long_relations_without_division() -> None:
+    f = Field(40, 0, 2)
+    one = f.number(Fraction(1))
+    total = one
+    for index in range(30):
+        total = f.add(total, f.scale(Fraction(index + 1), Element(f.generator(f.free()), f.one)))
+    root = f.root(total.num)
+    assert len(total.num) > 30
+    assert f.mul(f.add(root, total), root).key == f.add(total, f.mul(total, root)).key
+    cube = f.mul(f.mul(root, root), root)
+    assert cube.key == f.mul(total, root).key

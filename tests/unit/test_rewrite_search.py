@@ -5,7 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.rewrite.cheapest import less_accurate
+from cordicc.checks import input_intervals
+from cordicc.ir.graph import Builder, Value
+from cordicc.rewrite.cheapest import culprit, less_accurate
+from cordicc.rewrite.costs import Costs
+from cordicc.rewrite.search import Realisations
+from cordicc.targets.model import load_target
 from tests.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
 TWO_LINKS = """
@@ -209,8 +214,6 @@ def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> Non
     bad = problem_of(tmp_path, "x=1:2, y=1:2", "t = (x*10000 + x) - (y + x*10000)\ns = x + y", "t, s")
     points = {"x": np.linspace(1, 2, 50), "y": np.linspace(2, 1.01, 50)}
     assert not less_accurate(problem, certain(problem), certain(problem), points)
-    from cordicc.ir.graph import Builder
-
     builder = Builder()
     x, y = builder.input("x"), builder.input("y")
     large = builder.emit("add", (builder.emit("mul", (x, builder.const(10000))), builder.const(0)))
@@ -218,3 +221,32 @@ def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> Non
     graph = builder.build({"t": worse, "s": builder.emit("add", (x, y))})
     assert less_accurate(problem, certain(problem), graph, points)
     assert units(certain(bad)) == []
+
+
+def test_the_result_that_moves_an_output_most() -> None:
+    builder = Builder()
+    x, y = builder.input("x"), builder.input("y")
+    large = builder.emit("add", (builder.emit("neg", (x,)), builder.const(10000)))
+    angle = builder.emit("vector", (x, y, builder.const(0)), (1, 1))
+    rest = builder.emit("sub", (large, builder.const(10000)))
+    graph = builder.build({"t": builder.emit("add", (rest, Value(angle.node, 1))), "s": Value(angle.node, 0)})
+    point = {"x": np.array([0.5]), "y": np.array([0.25])}
+    assert culprit(graph, "t", point) == large
+    assert culprit(graph, "s", point) == Value(angle.node, 0)
+
+
+def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
+    """The radius as the second result of an equation is not taken again once it is banned."""
+    equations = "p = asin((0.3*sin(t) - 0.1)/0.9)\ns = 0.3*cos(t) + 0.9*cos(p)"
+    problem = problem_of(tmp_path, "t=-3:3", equations, "p, s")
+    costs = Costs.of(load_target("kinematic"), implicit=True)
+    bases = [certain(problem)]
+    realisations = Realisations(problem, input_intervals(problem), bases, costs, "processors")
+    first = realisations.best()
+    (equation,) = (i for i, node in enumerate(first.graph.nodes) if node.op == "implicit")
+    assert Value(equation, 1) in first.graph.used_results()
+    realisations.ban(first, Value(equation, 1))
+    second = realisations.best()
+    for index, node in enumerate(second.graph.nodes):
+        assert node.op != "implicit" or Value(index, 1) not in second.graph.used_results()
+    same_where(problem, second.graph, {"t": [0.0, 1.0]})
