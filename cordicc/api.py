@@ -134,6 +134,7 @@ def compile(
     max_latency: int | None = None,
     certify: bool | None = None,
     copies: int = 1,
+    effort: float = 1.0,
 ) -> Plan:
     """Compile a problem file to a plan; the options are those of `cordicc compile`.
 
@@ -142,7 +143,7 @@ def compile(
         Unattainable: no plan within the limits.
     """
     limits = Limits(minimize, ii, max_processors, max_latency)
-    options = pipeline.Options(target, units, limits, certify, copies)
+    options = pipeline.Options(target, units, limits, certify, copies, effort)
     return Plan.of(pipeline.compile_file(Path(problem), options).plan)
 
 

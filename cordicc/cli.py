@@ -77,6 +77,14 @@ def main() -> None:
     help="The first goal; the others follow in this order.",
 )
 @click.option(
+    "--effort",
+    type=click.FloatRange(0.01, 1000),
+    default=1.0,
+    show_default=True,
+    metavar="FACTOR",
+    help="Work of the searches, times the usual: more proves more, and may find less hardware.",
+)
+@click.option(
     "--time-limit",
     type=Seconds(),
     metavar="SECONDS",
@@ -108,6 +116,7 @@ def compile_command(
     max_processors: int | None,
     max_latency: int | None,
     minimize: str,
+    effort: float,
     time_limit: float | None,
     emit: tuple[str, ...],
     print_after: str | None,
@@ -145,7 +154,7 @@ def compile_command(
         raise click.UsageError("--ii and --rate exclude each other")
     interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
-    options = pipeline.Options(target, units, limits, certify, copies)
+    options = pipeline.Options(target, units, limits, certify, copies, effort)
     with stages(quiet or print_after is not None) as enter:
         compiled = pipeline.compile_file(file, options, watch, enter)
     tell(compiled.warnings)

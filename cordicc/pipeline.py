@@ -68,6 +68,8 @@ class Options:
     """Derive proven error bounds; by default on fixed-point targets. A `max_error` asks for them anyway."""
     copies: int = 1
     """Instances of the problem that share the units, see `cordicc.copies`."""
+    effort: float = 1.0
+    """The work of searches, as a multiple of the usual; more proves more, and may find less hardware."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +126,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     loaded = read_problem(path)
     _check_size(loaded)
     target = load_target(options.target)
+    limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
     plans = []
     refused = []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
@@ -135,6 +138,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
             implicit=implicit,
             preferred=options.units == "implicit",
             goal=options.limits.minimize,
+            effort=options.effort,
             watch=watch,
         )
         enter("choosing formats and a schedule")
@@ -144,7 +148,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
         except TooInaccurate as error:
             refused.append(error)
             continue
-        plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
+        plans.append((place(replicated(unplaced, options.copies), limits), warnings))
     if not plans:
         raise refused[0]
     plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
@@ -222,11 +226,12 @@ def rewrite(
     implicit: bool,
     goal: str,
     preferred: bool = False,
+    effort: float = 1.0,
     watch: Watch | None = None,
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
     costs = Costs.of(target, implicit=implicit, preferred=preferred)
-    context = Context(input_intervals(problem), goal, costs.floating)
+    context = Context(input_intervals(problem), goal, costs.floating, effort)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:
@@ -311,6 +316,7 @@ def _recorded(path: Path, options: Options) -> dict[str, Any]:
         "max_processors": limits.max_processors,
         "max_latency": limits.max_latency,
         "certify": options.certify,
+        "effort": None if options.effort == 1 else options.effort,
     }
 
 

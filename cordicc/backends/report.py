@@ -33,7 +33,7 @@ from cordicc.plan import Plan
 
 RECORDED_OPTIONS = (
     "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify",
-    "time_limit",
+    "effort", "time_limit",
 )  # fmt: skip
 
 Typesetter = Callable[[str], str | None]

@@ -20,11 +20,13 @@ class Context:
     """What a pass may rest on besides the graph: the range of each input and the user's goal.
 
     `floating`: numbers have exponents, so that large values do not cost small ones their digits.
+    `effort`: the work of a search, as a multiple of the usual.
     """
 
     inputs: Mapping[str, Interval]
     goal: str = "processors"
     floating: bool = True
+    effort: float = 1.0
 
     def ranges(self, graph: Graph) -> Ranges:
         """Return enclosures of every result of every node."""

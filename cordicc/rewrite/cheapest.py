@@ -64,7 +64,7 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
     least = of_graph(graph, costs, context.goal)
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
-        realisations = Realisations(problem, context.inputs, bases, costs, context.goal, lift=lift)
+        realisations = Realisations(problem, context, bases, costs, lift=lift)
         found = realisations.best()
         if found is None:
             return Choice(graph)

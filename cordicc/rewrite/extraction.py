@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Any
 
+from cordicc.rewrite.base import Context
 from cordicc.rewrite.conditions import Requirement
 from cordicc.rewrite.costs import Costs, ordered
 from cordicc.rewrite.dominance import Lean, lean
@@ -56,6 +57,7 @@ class _Task:
     costs: Costs
     units: Sequence[int]
     steps: Sequence[int]
+    effort: float
 
 
 @dataclass(slots=True)
@@ -79,9 +81,9 @@ def extract(
     requirements: Sequence[Requirement],
     zeros: frozenset[int],
     costs: Costs,
-    goal: str,
+    context: Context,
 ) -> Extraction | None:
-    """Return the best choice found, None if none was found within the work limit.
+    """Return the best choice found for the goal, None if none was found within the work limit.
 
     Goals are lexicographic: CAUs, multipliers of two variables, latency, other operators for
     `processors` and `fifo`; latency first for `latency`; area first for `area`.  Standard CAUs come
@@ -89,8 +91,12 @@ def extract(
     """
     units = [costs.caus(o.op, not zeros.isdisjoint(o.operands[:2])) for o in choice.options]
     steps = [costs.cycles(o.op, u) * _STEP + 1 for o, u in zip(choice.options, units, strict=True)]
-    task = _Task(choice, lean(choice, requirements, costs, units), requirements, costs, units, steps)
-    goals = list(zip(ordered(goal, "processors", "multipliers", "latency", "area"), _WORK, strict=True))
+    task = _Task(
+        choice, lean(choice, requirements, costs, units), requirements, costs, units, steps, context.effort
+    )
+    goals = list(
+        zip(ordered(context.goal, "processors", "multipliers", "latency", "area"), _WORK, strict=True)
+    )
     if costs.preferred:
         goals.insert(0, ("standard", _PREFERENCE))
     before = [name for name, _ in goals].index("latency")
@@ -128,7 +134,7 @@ def _solved(
     for name, work in goals:
         expression = _expression(task, built, name)
         built.model.minimize(expression)
-        solver.parameters.max_deterministic_time = work
+        solver.parameters.max_deterministic_time = work * task.effort
         status = solver.solve(built.model)
         optimal = status == cp_model.OPTIMAL
         proven = proven and optimal

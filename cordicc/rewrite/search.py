@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.angles import add_offsets, add_principal_values, add_sums_of_vectors, add_unit_vectors
+from cordicc.rewrite.base import Context
 from cordicc.rewrite.chains import add_chains, add_halves
 from cordicc.rewrite.circles import circles, realise, squared_lengths
 from cordicc.rewrite.conditions import nonzero_factors, proven, requirements
@@ -61,10 +61,9 @@ class Realisations:
     def __init__(
         self,
         problem: Problem,
-        ranges: Mapping[str, Interval],
+        context: Context,
         graphs: Sequence[Graph],
         costs: Costs,
-        goal: str,
         *,
         lift: bool = True,
     ) -> None:
@@ -72,20 +71,19 @@ class Realisations:
 
         Args:
             problem: the problem, for its samples.
-            ranges: an enclosure of each input.
+            context: the ranges of the inputs, the goal and the work to be done.
             graphs: realisations in unit operations, implicit ones included; the first one gives conditions.
             costs: what operations cost.
-            goal: as `--minimize`.
             lift: whether values may be scaled by common denominators.
         """
-        self._problem, self._graph, self._costs, self._goal = problem, graphs[0], costs, goal
+        self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
         self._outputs: dict[str, Value] = {}
         self._allowed = list(_WORSE)
         self._banned: set[Value] = set()
         self._filled = None
         if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
             points = sample_points(problem, graphs)
-            self._filled = None if points is None else fill(problem, ranges, graphs, points)
+            self._filled = None if points is None else fill(problem, context.inputs, graphs, points)
         if self._filled is not None:
             self._outputs = _explore(self._filled, graphs, lift=lift)
 
@@ -110,7 +108,7 @@ class Realisations:
         needs = requirements(store, self._graph, moved, choice)
         conditions = frozenset(store.field.touched)
         zeros = frozenset([choice.class_of(store.const(0))])
-        extraction = extract(choice, needs, zeros, self._costs, self._goal)
+        extraction = extract(choice, needs, zeros, self._costs, self._context)
         if extraction is None:
             return None
         graph, steps, sources = rebuild(store, choice, needs, extraction, self._graph)

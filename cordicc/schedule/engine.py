@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cordicc.schedule import exact, fifo_lp
 from cordicc.schedule.binding import WORK
@@ -39,6 +39,11 @@ class Effort:
     binding: float = WORK
     seconds: float | None = None
     threads: int = 2
+
+    def times(self, factor: float) -> Effort:
+        """Return work limits so many times as large; seconds stay as they are."""
+        schedule, words, binding = (factor * work for work in (self.schedule, self.words, self.binding))
+        return replace(self, schedule=schedule, words=words, binding=binding)
 
 
 def solve(

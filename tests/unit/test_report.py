@@ -179,6 +179,7 @@ class TestPage:
             ({"file": "a.yaml", "certify": True}, "cordicc compile a.yaml --certify"),
             ({"file": "a.yaml", "certify": False}, "cordicc compile a.yaml --no-certify"),
             ({"file": "a.yaml", "certify": None}, "cordicc compile a.yaml"),
+            ({"file": "a.yaml", "effort": 2.5}, "cordicc compile a.yaml --effort 2.5"),
         ],
     )
     def test_command(self, options, shown):

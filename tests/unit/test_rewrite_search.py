@@ -7,6 +7,7 @@ import pytest
 
 from cordicc.checks import input_intervals
 from cordicc.ir.graph import Builder, Value
+from cordicc.rewrite.base import Context
 from cordicc.rewrite.cheapest import culprit, less_accurate
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.search import Realisations
@@ -241,7 +242,7 @@ def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "t=-3:3", equations, "p, s")
     costs = Costs.of(load_target("kinematic"), implicit=True)
     bases = [certain(problem)]
-    realisations = Realisations(problem, input_intervals(problem), bases, costs, "processors")
+    realisations = Realisations(problem, Context(input_intervals(problem)), bases, costs)
     first = realisations.best()
     (equation,) = (i for i, node in enumerate(first.graph.nodes) if node.op == "implicit")
     assert Value(equation, 1) in first.graph.used_results()

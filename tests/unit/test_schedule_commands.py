@@ -197,6 +197,16 @@ def test_copies_share_the_units() -> None:
     assert place(replicated(base, 1), Limits()) == base
 
 
+def test_effort_scales_all_work_and_is_recorded(tmp_path: Path) -> None:
+    assert Effort(4.0, 2.0, 1.0, 60.0).times(0.5) == Effort(2.0, 1.0, 0.5, 60.0)
+    file = str(EXAMPLES / "planar_2r.yaml")
+    assert run("compile", file, "-q", "--ii", "2", "--effort", "0.5", "-o", str(tmp_path)).exit_code == 0
+    plan = parse((tmp_path / "plan.json").read_text(encoding="utf-8"), "plan.json")
+    assert plan.options["effort"] == 0.5
+    assert "--effort 0.5" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert run("compile", file, "--effort", "0").exit_code == 2
+
+
 def test_the_chart_of_slots_does_not_grow_with_the_latency() -> None:
     plan = planned("wheel_suspension", initiation_interval=4)
     picture = schedule_chart.render(plan)
