@@ -12,6 +12,7 @@ import hashlib
 import os
 import random
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -64,12 +65,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
         (base / "p.yaml").write_text(PROBLEM)
-        digests = {}
-        for which, options in SETS.items():
+        digests, times = {}, []
+        for which, options in list(SETS.items()) * 3:
             start = time.monotonic()
             subprocess.run(command(base / "out", options), cwd=base, check=True)
-            whole = time.monotonic() - start
+            times.append(time.monotonic() - start)
             digests[digest(base / "out")] = which
+        whole = statistics.median(times)
         wrong = 0
         for number in range(given.kills):
             subprocess.run(command(base / "out", SETS["old"]), cwd=base, check=True)
