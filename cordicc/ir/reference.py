@@ -27,6 +27,9 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
+_EXPONENT_BITS = 1200
+"""Bits of the exponents of powers that are calculated."""
+
 _LARGEST_DOUBLE = sys.float_info.max
 
 _TIMES = {
@@ -223,11 +226,22 @@ def _power(exponent: Fraction) -> Callable[[Real], Result]:
         if a == fzero and exponent < 0:
             return None
         if whole is not None:
-            return libmp.mpf_pow_int(a, whole, *_WORKING)
+            return _whole_power(a, whole)
         root = _sqrt(a)
-        return None if root is None else libmp.mpf_pow_int(root, exponent.numerator, *_WORKING)
+        return None if root is None else _whole_power(root, exponent.numerator)
 
     return power
+
+
+def _whole_power(a: Real, n: int) -> Result:
+    """Return a^n; for exponents of thousands of bits, which would take long, no more than its size."""
+    size = libmp.mpf_cmp(libmp.mpf_abs(a), fone)
+    if n.bit_length() <= _EXPONENT_BITS or a == fzero or size == 0:
+        return libmp.mpf_pow_int(a, n, *_WORKING)
+    # |log2 |a|| is 2^-PRECISION at the least, so neither a^n nor its logarithm is near a double.
+    if (size > 0) == (n > 0):
+        return None
+    return libmp.from_man_exp(-1 if _negative(a) and n % 2 else 1, -(abs(n) >> PRECISION))
 
 
 def _scale(factor: Fraction) -> Callable[[Real], Real]:

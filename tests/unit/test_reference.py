@@ -4,7 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from mpmath import libmp
 
+from cordicc.ir import reference
 from cordicc.ir.fold import FoldError, fold
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.ops import OPS, Level
@@ -77,3 +79,16 @@ def test_results_of_one_operation_fail_apart() -> None:
     assert value["norm"][0] == 0
     assert np.isnan(value["angle"][0])
     assert not valid[0]
+
+
+@pytest.mark.parametrize("n", [10**900, 10**900 + 1, -(10**900) - 1])
+def test_huge_exponents_give_a_size(n: int) -> None:
+    half, two = libmp.from_float(0.5), libmp.from_float(-2.0)
+    power = reference._power(Fraction(n))
+    small, large = (half, two) if n > 0 else (two, half)
+    assert power(large) is None
+    assert libmp.mpf_cmp(libmp.mpf_abs(power(small)), libmp.from_man_exp(1, -(10**6))) < 0
+    assert libmp.mpf_sign(power(small)) == (-1 if n % 2 and small == two else 1)
+    assert power(libmp.fone) == libmp.fone
+    assert power(libmp.fnone) == (libmp.fnone if n % 2 else libmp.fone)
+    assert power(libmp.fzero) == (libmp.fzero if n > 0 else None)
