@@ -156,19 +156,21 @@ class _Program:
 def _checked(graph: Graph, inputs: Mapping[str, np.ndarray]) -> set[int]:
     """Return the nodes whose numbers must be looked at: uncertain or large ones do not go on from there.
 
-    Not those that sums, products, sines and cosines alone take and that are never large.
+    Not those that the operations in `_SIZES` alone take and that are never large.
     """
     sizes: list[float] = []
     checked = set()
     for index, node in enumerate(graph.nodes):
         if node.op == "input":
-            sizes.append(float(np.max(np.abs(inputs[str(node.params[0])]), initial=0.0)))
+            size = float(np.max(np.abs(inputs[str(node.params[0])]), initial=0.0))
         elif node.op == "const":
-            sizes.append(_size(Fraction(node.params[0])))
+            size = _size(Fraction(node.params[0]))
         else:
             bound = _SIZES.get(node.op)
-            sizes.append(_LARGEST if bound is None else bound(node, *(sizes[v.node] for v in node.operands)))
-        if not sizes[index] < _LARGEST:
+            size = _LARGEST if bound is None else bound(node, *(sizes[v.node] for v in node.operands))
+        # No less than 1, so that products of bounds do not vanish.
+        sizes.append(max(size, 1.0))
+        if not size < _LARGEST:
             checked.add(index)
         if node.op not in _SIZES:
             checked.update(v.node for v in node.operands)
@@ -271,13 +273,16 @@ def _shifted(exponent: Fraction) -> Callable[[Ball], Ball]:
     return lambda a: a * number
 
 
+_HOLDS: dict[str, Callable[[Ball], bool]] = {
+    "any": lambda s: True,
+    "nonzero": lambda s: not s.is_zero(),
+    "nonnegative": lambda s: not _negative(s),
+    "positive": lambda s: bool(s > 0),
+}
+
+
 def _guard(condition: str) -> Callable[[Ball, Ball], Ball]:
-    holds: Callable[[Ball], bool] = {
-        "any": lambda s: True,
-        "nonzero": lambda s: not s.is_zero(),
-        "nonnegative": lambda s: not _negative(s),
-        "positive": lambda s: bool(s > 0),
-    }[condition]
+    holds = _HOLDS[condition]
     return lambda a, s: a if holds(s) else _NO_VALUE
 
 
@@ -371,7 +376,7 @@ _OUTSIDE: dict[str, Callable[..., Callable[..., bool]]] = {
     "acosh": lambda: lambda a: bool(a < _ONE),
     "atanh": lambda: lambda a: bool(abs(a) >= _ONE),
     "pow": _outside_power,
-    "guard": lambda condition: lambda a, s: True,  # the sign of s is certain
+    "guard": lambda condition: lambda a, s: not _HOLDS[condition](s),  # the sign of s is certain
     "solve": _outside_solve,
 }
 """Whether operands are certainly outside the domain of an operation that has no usable result."""

@@ -60,12 +60,14 @@ def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -
 
 def _turns(store: Store) -> dict[Key, tuple[Value, Value, str]]:
     """Return the sums and differences of two angles by their cosine and sine, as displayed and monic."""
-    pairs: dict[Value, list[Poly]] = {}
-    for index, (angle, m, _) in sorted(store.rotors.turned.items(), key=lambda item: item[1]):
+    pairs: dict[Value, dict[int, Poly]] = {}
+    for index, (angle, m, result) in store.rotors.turned.items():
         if m == 1:
-            pairs.setdefault(angle, []).append(store.field.generator(index))
+            # Of an angle that was looked at again, the cosine and sine that it has now.
+            pairs.setdefault(angle, {})[result] = store.field.generator(index)
     turns: dict[Key, tuple[Value, Value, str]] = {}
-    for (p, (c, s)), (q, (k, t)) in combinations(tuple(pairs.items())[:_ANGLES], 2):
+    found = [(angle, pair[0], pair[1]) for angle, pair in sorted(pairs.items())][:_ANGLES]
+    for (p, c, s), (q, k, t) in combinations(found, 2):
         for op, sine in (("add", t), ("sub", -t)):
             for poly in (c * k - s * sine, s * k + c * sine):
                 turns[Key(monic(poly)[1])] = p, q, op

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -62,77 +62,119 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
     if points is None:
         return Choice(graph)
     least = of_graph(graph, costs, context.goal)
+    gate = Gate(problem, graph, points)
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
         realisations = Realisations(problem, context, bases, costs, lift=lift)
-        found = realisations.best()
+        found, first = realisations.best(), True
         if found is None:
             return Choice(graph)
         while found is not None:
             made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
             verify(made)
             if of_graph(made, costs, context.goal) >= least:
-                return Choice(graph, proven=found.proven, searched=True)
-            inaccurate = less_accurate(problem, graph, made, points)
+                if first:
+                    return Choice(graph, proven=found.proven, searched=True)
+                break
+            inaccurate = gate.less_accurate(made)
             if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
                 return Choice(made, found.proven, True, steps, found.facts)
-            if costs.implicit:
-                name, sample = inaccurate
-                point = {each: column[sample : sample + 1] for each, column in points.items()}
-                realisations.ban(found, culprit(made, name, point))
-            found = realisations.best()
+            blamed = gate.culprit(made, *inaccurate, realisations.may_be_banned(found))
+            if costs.implicit and blamed is not None:
+                realisations.ban(found, blamed)
+            found, first = realisations.best(), False
     return Choice(graph, searched=True)
 
 
-def less_accurate(
-    problem: Problem, graph: Graph, other: Graph, points: Mapping[str, Floats]
-) -> tuple[str, int] | None:
-    """Return an output and a sample that rounding moves much more in the other graph, None if there is none.
+class Gate:
+    """Judges realisations by how far rounding of every operation moves the outputs at samples."""
 
-    Of all outputs and samples those that are moved most, compared with what they may be.
-    """
-    exact, first = _moved(problem, graph, points)
-    _, second = _moved(problem, other, points)
-    worst, found = 1.0, None
-    for name, value in exact.items():
-        usual = max(float(np.median(first[name])), _ROUNDING * float(np.max(np.abs(value))))
-        ratios = second[name] / np.maximum(_WORSE * first[name], _USUAL * usual)
-        sample = int(np.argmax(ratios))
-        if ratios[sample] > worst:
-            worst, found = float(ratios[sample]), (name, sample)
-    return found
+    def __init__(self, problem: Problem, graph: Graph, points: Mapping[str, Floats]) -> None:
+        """Judge by a realisation that is accurate enough.
+
+        Args:
+            problem: the problem, for which outputs are angles.
+            graph: the realisation.
+            points: an array of shape (n,) for each input.
+        """
+        self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
+        self._points = points
+        self._exact = _outputs(graph, evaluate(graph, points))
+        self._allowed = {}
+        for name, moved in self._moved(graph).items():
+            usual = max(float(np.median(moved)), _ROUNDING * float(np.max(np.abs(self._exact[name]))))
+            self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
+
+    def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
+        """Return an output and a sample that rounding moves too far in a graph, None if there is none.
+
+        Of all outputs and samples those that are moved most, compared with what is allowed.
+        """
+        worst, found = 1.0, None
+        for name, moved in self._moved(graph).items():
+            allowed = self._allowed[name]
+            ratios = np.divide(moved, allowed, out=np.where(moved > 0, np.inf, 0.0), where=allowed > 0)
+            sample = int(np.argmax(ratios))
+            if ratios[sample] > worst:
+                worst, found = float(ratios[sample]), (name, sample)
+        return found
+
+    def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
+        """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
+        results = sorted(among)
+        columns = {value: column for column, value in enumerate(results)}
+        numbers = iter(range(len(graph.nodes)))
+
+        def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
+            index = next(numbers)
+            moved = []
+            for r, (x, size) in enumerate(zip(made, _own_errors(node, operands, made), strict=True)):
+                step = np.zeros_like(x)
+                column = columns.get(Value(index, r))
+                if column is not None:
+                    step[column] = _ROUNDING * size[column]
+                moved.append(x + step)
+            return tuple(moved)
+
+        # One column for each result, in which it alone is moved.
+        inputs = {name: np.full(len(results), column[sample]) for name, column in self._points.items()}
+        found = _outputs(graph, evaluate(graph, inputs, rounded))[output]
+        moved = np.nan_to_num(self._distance(output, found, self._exact[output][sample]))
+        return results[int(np.argmax(moved))] if results and np.max(moved) > 0 else None
+
+    def _moved(self, graph: Graph) -> dict[str, Floats]:
+        """Return how far single precision moves each output, as a mean square.
+
+        Units err as they do: those that turn vectors by the vector's length, angles absolutely.
+        """
+        generator = np.random.Generator(np.random.PCG64(11))
+
+        def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
+            return tuple(
+                x + size * generator.uniform(-_ROUNDING, _ROUNDING, x.shape)
+                for x, size in zip(made, _own_errors(node, operands, made), strict=True)
+            )
+
+        # All tries at once: each sample stands in the columns as often as it is tried.
+        points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
+        moved = {}
+        for name, column in _outputs(graph, evaluate(graph, points, rounded)).items():
+            distance = self._distance(name, column.reshape(_TRIES, -1), self._exact[name])
+            # A sample that rounding takes out of the domain lies at its edge and tells nothing.
+            moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))
+        return moved
+
+    def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
+        """Return how far values of an output are from exact ones, angles modulo 2 pi."""
+        difference = np.abs(found - exact)
+        return (
+            np.minimum(difference, np.abs(difference - 2 * np.pi)) if self._is_angle[output] else difference
+        )
 
 
-def culprit(graph: Graph, name: str, point: Mapping[str, Floats]) -> Value:
-    """Return the result whose rounding moves an output at a sample most."""
-    results = [
-        Value(index, r)
-        for index, node in enumerate(graph.nodes)
-        if node.op not in ("input", "const")
-        for r in range(len(node.definition.results))
-    ]
-    columns = {value: column for column, value in enumerate(results)}
-    numbers = iter(range(len(graph.nodes)))
-
-    def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
-        index = next(numbers)
-        own = _own_errors(node, operands, made)
-        moved = []
-        for r, (x, size) in enumerate(zip(made, own, strict=True)):
-            column = columns.get(Value(index, r))
-            step = np.zeros_like(x)
-            if column is not None:
-                step[column] = _ROUNDING * size[column]
-            moved.append(x + step)
-        return tuple(moved)
-
-    # One column for each result, in which it alone is moved, and one in which none is.
-    inputs = {name: np.full(len(results) + 1, column[0]) for name, column in point.items()}
-    output = graph.outputs[name]
-    found = evaluate(graph, inputs, rounded)[output.node][output.result]
-    moved = np.nan_to_num(np.abs(found - found[-1]))
-    return results[int(np.argmax(np.minimum(moved, np.abs(moved - 2 * np.pi))[:-1]))]
+def _outputs(graph: Graph, values: Sequence[Results]) -> dict[str, Floats]:
+    return {name: values[v.node][v.result] for name, v in graph.outputs.items()}
 
 
 def _own_errors(node: Node, operands: Sequence[Floats], made: Results) -> list[Floats]:
@@ -140,34 +182,3 @@ def _own_errors(node: Node, operands: Sequence[Floats], made: Results) -> list[F
     own = errors(node.op, node.params, operands, [np.zeros_like(x) for x in operands], made)
     # An error without bound tells that the sample lies at an edge, and nothing else.
     return [np.nan_to_num(size, posinf=0.0) for size in own]
-
-
-def _moved(
-    problem: Problem, graph: Graph, points: Mapping[str, Floats]
-) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Return the outputs, and how far single precision moves each, as a mean square.
-
-    Units err as they do: those that turn vectors by the vector's length, angles absolutely.
-    """
-    values = evaluate(graph, points)
-    exact = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
-    generator = np.random.Generator(np.random.PCG64(11))
-
-    def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
-        sizes = _own_errors(node, operands, made)
-        return tuple(
-            x + size * generator.uniform(-_ROUNDING, _ROUNDING, x.shape)
-            for x, size in zip(made, sizes, strict=True)
-        )
-
-    # All tries at once: each sample stands in the columns as often as it is tried.
-    values = evaluate(graph, {name: np.tile(column, _TRIES) for name, column in points.items()}, rounded)
-    moved = {}
-    for name, value in graph.outputs.items():
-        tries = values[value.node][value.result].reshape(_TRIES, -1)
-        difference = np.abs(tries - exact[name])
-        if problem.output(name).is_angle:
-            difference = np.minimum(difference, np.abs(difference - 2 * np.pi))
-        # A sample that rounding takes out of the domain lies at its edge and tells nothing.
-        moved[name] = np.sqrt(np.mean(np.nan_to_num(difference) ** 2, axis=0))
-    return exact, moved

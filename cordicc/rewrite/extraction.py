@@ -127,7 +127,8 @@ def _solved(
     solver.parameters.random_seed = _SEED
     # Linear relaxations of a model with times are weak, and probing finds little there.
     solver.parameters.linearization_level = 2 if built.finish is None else 0
-    solver.parameters.cp_model_probing_level = 2 if built.finish is None else 0
+    if built.finish is not None:
+        solver.parameters.cp_model_probing_level = 0
     if start is not None:
         _start(task, built, start)
     answer, reached, proven = None, [], True

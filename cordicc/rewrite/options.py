@@ -27,13 +27,29 @@ _USUAL = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An operation on classes; `results` gives the classes of each result, `node` the store's node."""
+    """An operation on classes; `results` gives the classes of each result.
+
+    They are results of the store's `node`, from number `first` on.
+    """
 
     op: str
     params: tuple[Param, ...]
     operands: tuple[int, ...]
     results: tuple[tuple[int, ...], ...]
     node: int
+    first: int = 0
+
+    def value(self, result: int) -> Value:
+        """Return a result as a value of the store."""
+        return Value(self.node, self.first + result)
+
+    def ways(self) -> tuple[Way, ...]:
+        """Return for each result how it is made: what nodes with the same operands have in common."""
+        return tuple((self.op, self.params, self.operands, result) for result in range(len(self.results)))
+
+
+Way = tuple[str, tuple[Param, ...], tuple[int, ...], int]
+"""Operation, parameters, classes of the operands, and the number of the result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,20 +114,28 @@ def alternatives(
 
     The first `certain` nodes of the store are the realisation to be no less accurate than: an operation
     that yields one of its values, with a bound of the rounding error more than `worse` times as large, is
-    left out, and so are the results in `banned`.
+    left out, and so are the results in `banned` and those that are made the same way.
     """
     classes = Classes(store)
     options: list[Option] = []
     least: dict[int, Floats] = {}
+    ways = {
+        way
+        for value in banned
+        for option in _options(store, classes, value.node)
+        for result, way in enumerate(option.ways())
+        if option.value(result) == value
+    }
     for index in range(len(store.algebra.nodes)):
-        made = [_without(option, banned) for option in _options(store, classes, index)]
+        made = _options(store, classes, index)
         if index < certain:
             _remember(store, made[:1], least)
-            options += made
+            options += [_without(o, lambda value, _: value in banned) for o in made]
             if index == certain - 1:
                 _ease(classes, outputs.values(), least, worse)
         else:
-            options += [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
+            good = [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
+            options += [_without(o, lambda _, way: way in ways) for o in good]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
     for number, option in enumerate(options):
@@ -131,10 +155,11 @@ def alternatives(
     return Alternatives(tuple(options[i] for i in kept), wanted, pruned, classes.exact)
 
 
-def _without(option: Option, banned: Collection[Value]) -> Option:
+def _without(option: Option, banned: Callable[[Value, Way], bool]) -> Option:
     """Return an option that does not yield some results."""
     results = tuple(
-        () if Value(option.node, number) in banned else result for number, result in enumerate(option.results)
+        () if banned(option.value(number), way) else result
+        for number, (result, way) in enumerate(zip(option.results, option.ways(), strict=True))
     )
     return option if results == option.results else replace(option, results=results)
 
@@ -143,7 +168,7 @@ def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> 
     """Note the error bound of each class of values that certain operations yield."""
     for option in options:
         for result, classes in enumerate(option.results):
-            error = store.error(Value(option.node, result))
+            error = store.error(option.value(result))
             for k in classes:
                 least[k] = np.fmin(least[k], error) if k in least else error
 
@@ -157,7 +182,7 @@ def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], 
 
 def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:
     for result, classes in enumerate(option.results):
-        error = store.error(Value(option.node, result))
+        error = store.error(option.value(result))
         for k in classes:
             if k in least and not bool(np.all(error <= worse * least[k])):
                 return False
@@ -167,7 +192,7 @@ def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: flo
 def _moderate(store: Store, option: Option) -> bool:
     """Tell whether the results stay far from overflow and underflow of single precision."""
     for result in range(len(option.results)):
-        size = np.abs(store.numbers(Value(option.node, result)))
+        size = np.abs(store.numbers(option.value(result)))
         if np.any(size > _LARGEST) or np.any((size < 1 / _LARGEST) & (size > 0)):
             return False
     return True
@@ -227,5 +252,5 @@ def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     inside = interval is not None and interval.magnitude <= INSIDE and _is_angle(store, own)
     if principal or inside:
         # A principal value: any angle equal to it modulo 2 pi gives it by a wrap.
-        found.append(Option("wrap", (), (classes.turn(own),), ((classes.exact(own),),), index))
+        found.append(Option("wrap", (), (classes.turn(own),), ((classes.exact(own),),), index, own.result))
     return found

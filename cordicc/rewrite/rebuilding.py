@@ -26,15 +26,15 @@ def rebuild(
     needs: Sequence[Requirement],
     extraction: Extraction,
     graph: Graph,
-) -> tuple[Graph, dict[int, tuple[str, ...]], dict[int, int]]:
-    """Return the graph of an extraction, the steps that lead to its nodes, and the store's nodes they are."""
+) -> tuple[Graph, dict[int, tuple[str, ...]], dict[Value, Value]]:
+    """Return the graph of an extraction, the steps that lead to its nodes, and its values in the store."""
     builder = Algebra()
     for node in graph.nodes:
         if node.op == "input":
             builder.emit("input", (), node.params)
     made: dict[int, tuple[Value, ...]] = {}
     steps: dict[int, tuple[str, ...]] = {}
-    sources: dict[int, int] = {}
+    sources: dict[Value, Value] = {}
 
     def value_of(wanted: int) -> Value:
         todo = [wanted]
@@ -52,7 +52,8 @@ def rebuild(
                     why = _steps(store, option)
                     for index in range(before, len(builder.nodes)):
                         steps.setdefault(index, why)
-                        sources[index] = option.node
+                    for result, value in enumerate(made[number]):
+                        sources.setdefault(value, option.value(result))
             else:
                 todo += pending
         return result_of(wanted)
@@ -82,7 +83,8 @@ def rebuild(
     live = Graph(tuple(builder.nodes), outputs).live()
     kept_nodes = [i for i, node in enumerate(builder.nodes) if i in live or node.op == "input"]
     told = {new: steps[old] for new, old in enumerate(kept_nodes) if steps.get(old)}
-    known = {new: sources[old] for new, old in enumerate(kept_nodes) if old in sources}
+    new_index = {old: new for new, old in enumerate(kept_nodes)}
+    known = {Value(new_index[v.node], v.result): s for v, s in sources.items() if v.node in new_index}
     return builder.build(outputs), told, known
 
 

@@ -78,8 +78,11 @@ class Rotors:
         """Return cosine and sine of an angle, None where they are too large."""
         if (value, m) not in self._rotors:
             before, self.field.touched = self.field.touched, set()
-            self._rotors[value, m] = self._found(value, m)
-            self._touched[value, m], self.field.touched = frozenset(self.field.touched), before
+            try:
+                self._rotors[value, m] = self._found(value, m)
+            finally:
+                touched, self.field.touched = frozenset(self.field.touched), before
+            self._touched[value, m] = touched
         self.field.touched |= self._touched[value, m]
         return self._rotors[value, m]
 

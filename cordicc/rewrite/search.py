@@ -38,21 +38,24 @@ from cordicc.rewrite.synthesis import Synthesis
 _NODES = 400
 _SUBSETS = 16
 _WORSE = (16.0, 16.0, 16.0, 8.0, 4.0)
-"""How many times the error bound of a value in the realisation of the passes an operation is allowed."""
+"""How many times the error bound of a value in the realisation of the passes an operation is allowed.
+
+Each is tried anew only if something was banned since."""
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
     """The chosen graph, whether it is proven best over the alternatives, steps by node, facts used.
 
-    `sources` are the nodes of the search that the nodes are.
+    Only the first realisation is proven: later ones lack alternatives that may be accurate in another.
+    `sources` are the values of the search that results are.
     """
 
     graph: Graph
     proven: bool
     steps: Mapping[int, tuple[str, ...]]
     facts: tuple[str, ...]
-    sources: Mapping[int, int]
+    sources: Mapping[Value, Value]
 
 
 class Realisations:
@@ -79,6 +82,7 @@ class Realisations:
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
         self._outputs: dict[str, Value] = {}
         self._allowed = list(_WORSE)
+        self._tried = 0.0
         self._banned: set[Value] = set()
         self._filled = None
         if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
@@ -87,23 +91,37 @@ class Realisations:
         if self._filled is not None:
             self._outputs = _explore(self._filled, graphs, lift=lift)
 
+    def may_be_banned(self, found: Found) -> set[Value]:
+        """Return the results in a realisation that the first one given does not need."""
+        assert self._filled is not None
+        nodes = self._filled.store.algebra.nodes[: self._filled.certain]
+        needed = {v for node in nodes for v in node.operands}.union(self._outputs.values(), self._subjects())
+        return {value for value, source in found.sources.items() if source not in needed | self._banned}
+
     def ban(self, found: Found, value: Value) -> None:
-        """Take a result of an operation of a realisation no more: its rounding moves an output too far."""
-        if value.node in found.sources:
-            self._banned.add(Value(found.sources[value.node], value.result))
+        """Take a result of a realisation no more, nor one that is made the same way."""
+        self._banned.add(found.sources[value])
+        self._tried = 0.0
+
+    def _subjects(self) -> list[Value]:
+        """Return the values that guards may want."""
+        assert self._filled is not None
+        partial = [node for node in self._graph.nodes if node.definition.partial]
+        return [self._filled.moved[0][v.node][v.result] for node in partial for v in node.operands]
 
     def best(self) -> Found | None:
-        """Return the best realisation, None if the work limits end the search or all was tried.
+        """Return the best realisation without what is banned, None if the work limits end or all was tried.
 
-        Each time fewer roundings are allowed to every value.
+        Where nothing is banned after one, fewer roundings are allowed to every value in the next.
         """
+        while self._allowed and self._allowed[0] == self._tried:
+            self._allowed.pop(0)
         if self._filled is None or not self._allowed:
             return None
+        first = len(self._allowed) == len(_WORSE)
+        self._tried = self._allowed.pop(0)
         store, moved, certain = self._filled.store, self._filled.moved[0], self._filled.certain
-        subjects = [
-            moved[v.node][v.result] for n in self._graph.nodes if n.definition.partial for v in n.operands
-        ]
-        choice = alternatives(store, certain, self._outputs, subjects, self._allowed.pop(0), self._banned)
+        choice = alternatives(store, certain, self._outputs, self._subjects(), self._tried, self._banned)
         store.begin("")
         needs = requirements(store, self._graph, moved, choice)
         conditions = frozenset(store.field.touched)
@@ -114,7 +132,7 @@ class Realisations:
         graph, steps, sources = rebuild(store, choice, needs, extraction, self._graph)
         facts = conditions | facts_of(store, choice, extraction, certain)
         told = tuple(fact.text for fact in self._problem.assumptions if fact.text in facts)
-        return Found(graph, extraction.proven, steps, told, sources)
+        return Found(graph, extraction.proven and first, steps, told, sources)
 
 
 def _explore(filled: Filled, graphs: Sequence[Graph], *, lift: bool) -> dict[str, Value]:

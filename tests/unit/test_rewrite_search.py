@@ -1,14 +1,16 @@
 """Each mechanism of the search saves what it should, keeps the meaning, and keeps who is valid."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cordicc.checks import input_intervals
+from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Value
 from cordicc.rewrite.base import Context
-from cordicc.rewrite.cheapest import culprit, less_accurate
+from cordicc.rewrite.cheapest import Gate
 from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.search import Realisations
 from cordicc.targets.model import load_target
@@ -19,6 +21,7 @@ D = (x**2 + y**2 - 0.18)/0.18
 q2 = acos(D)
 q1 = atan2(y, x) - atan2(0.3*sin(q2), 0.3 + 0.3*cos(q2))
 """
+COSTS = Costs.of(load_target("kinematic"), implicit=True)
 EDGE = {"x": [0.0, 0.6, 0.0, 0.61, 0.2], "y": [0.0, 0.0, 0.6, 0.0, -0.3]}
 
 
@@ -210,39 +213,91 @@ def test_hundreds_of_equations_keep_the_certain_realisation(tmp_path: Path) -> N
     assert choice.graph == certain(problem)
 
 
+POINTS = {"x": np.linspace(1, 2, 50), "y": np.linspace(2, 1.01, 50)}
+
+
 def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "x=1:2, y=1:2", "t = x - y\ns = x + y", "t, s")
     bad = problem_of(tmp_path, "x=1:2, y=1:2", "t = (x*10000 + x) - (y + x*10000)\ns = x + y", "t, s")
-    points = {"x": np.linspace(1, 2, 50), "y": np.linspace(2, 1.01, 50)}
-    assert not less_accurate(problem, certain(problem), certain(problem), points)
+    gate = Gate(problem, certain(problem), POINTS)
+    assert gate.less_accurate(certain(problem)) is None
     builder = Builder()
     x, y = builder.input("x"), builder.input("y")
     large = builder.emit("add", (builder.emit("mul", (x, builder.const(10000))), builder.const(0)))
     worse = builder.emit("sub", (builder.emit("add", (large, x)), builder.emit("add", (large, y))))
     graph = builder.build({"t": worse, "s": builder.emit("add", (x, y))})
-    assert less_accurate(problem, certain(problem), graph, points)
+    output, sample = gate.less_accurate(graph) or ("", 0)
+    assert output == "t"
+    blamed = gate.culprit(graph, output, sample, {Value(i, 0) for i in range(2, len(graph.nodes))})
+    assert graph.nodes[blamed.node].op in ("mul", "add")
+    assert gate.culprit(graph, output, sample, {large}) == large
+    assert gate.culprit(graph, output, sample, ()) is None
+    assert gate.culprit(graph, "s", sample, {large}) is None, "it does not move this output"
     assert units(certain(bad)) == []
 
 
-def test_the_result_that_moves_an_output_most() -> None:
-    builder = Builder()
-    x, y = builder.input("x"), builder.input("y")
-    large = builder.emit("add", (builder.emit("neg", (x,)), builder.const(10000)))
-    angle = builder.emit("vector", (x, y, builder.const(0)), (1, 1))
-    rest = builder.emit("sub", (large, builder.const(10000)))
-    graph = builder.build({"t": builder.emit("add", (rest, Value(angle.node, 1))), "s": Value(angle.node, 0)})
-    point = {"x": np.array([0.5]), "y": np.array([0.25])}
-    assert culprit(graph, "t", point) == large
-    assert culprit(graph, "s", point) == Value(angle.node, 0)
+def test_the_gate_takes_an_output_that_is_0(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=1:2, y=1:2", "t = x - y\ns = x + y", "t, s")
+    zero, rounded = (Builder() for _ in range(2))
+    x, y = zero.input("x"), zero.input("y")
+    nothing = zero.build({"t": zero.emit("sub", (x, x)), "s": zero.emit("add", (x, y))})
+    gate = Gate(problem, nothing, POINTS)
+    assert gate.less_accurate(nothing) is None
+    x, y = rounded.input("x"), rounded.input("y")
+    third = rounded.emit("cmul", (x,), (Fraction(1, 3),))
+    rest = rounded.emit("sub", (x, rounded.emit("cmul", (third,), (Fraction(3),))))
+    assert gate.less_accurate(rounded.build({"t": rest, "s": rounded.emit("add", (x, y))}))
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        # The culprit is a rotation that the realisation of the passes needs.
+        """
+inputs: {x: [0.1, 1.5], y: [0.2, 2], z: [-1, 1]}
+equations:
+  - e0 = cos(z + z)
+  - e1 = e0*sin(z) + z*cos(e0)
+  - e2 = cos(e1 + y)
+  - e3 = atan2(e1*e1, e2)
+outputs: [e3, e0]
+""",
+        # The cosine of an angle is looked at again once a part of it has become a generator.
+        """
+inputs: {x: [-1, 1], y: [-2, 2], z: [0.5, 0.7]}
+equations:
+  - e0 = z*cos(z) - x*sin(x)
+  - e1 = e0/x
+  - e2 = e0*sin(e1) + e0*cos(e0)
+  - e3 = sqrt(e2*e0 - 0.1*e1)
+outputs: [e1, e2, e3]
+""",
+    ],
+)
+def test_the_search_ends_with_a_plan(tmp_path: Path, file: str) -> None:
+    (tmp_path / "p.yaml").write_text(file, encoding="utf-8")
+    problem = load_problem(tmp_path / "p.yaml").problem
+    same_where(problem, searched(problem).graph, {"x": [0.5], "y": [1.0], "z": [0.6]})
+
+
+def test_a_ban_leaves_what_the_first_realisation_needs(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=-0.5:0.5, y=-0.5:0.5", TWO_LINKS, "q1, q2")
+    realisations = Realisations(problem, Context(input_intervals(problem)), [certain(problem)], COSTS)
+    tried = []
+    while (found := realisations.best()) is not None:
+        tried.append(found)
+        for value in realisations.may_be_banned(found):
+            realisations.ban(found, value)
+    assert len(tried) == 5
+    assert not any(found.proven for found in tried[1:])
+    same_where(problem, tried[-1].graph, EDGE)
 
 
 def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
     """The radius as the second result of an equation is not taken again once it is banned."""
     equations = "p = asin((0.3*sin(t) - 0.1)/0.9)\ns = 0.3*cos(t) + 0.9*cos(p)"
     problem = problem_of(tmp_path, "t=-3:3", equations, "p, s")
-    costs = Costs.of(load_target("kinematic"), implicit=True)
-    bases = [certain(problem)]
-    realisations = Realisations(problem, Context(input_intervals(problem)), bases, costs)
+    realisations = Realisations(problem, Context(input_intervals(problem)), [certain(problem)], COSTS)
     first = realisations.best()
     (equation,) = (i for i, node in enumerate(first.graph.nodes) if node.op == "implicit")
     assert Value(equation, 1) in first.graph.used_results()
