@@ -100,10 +100,12 @@ class Gate:
         """
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
         self._points = points
-        self._exact = _outputs(graph, evaluate(graph, points))
         self._allowed = {}
+        sizes = {
+            name: np.max(np.abs(value)) for name, value in _outputs(graph, evaluate(graph, points)).items()
+        }
         for name, moved in self._moved(graph).items():
-            usual = max(float(np.median(moved)), _ROUNDING * float(np.max(np.abs(self._exact[name]))))
+            usual = max(float(np.median(moved)), _ROUNDING * float(sizes[name]))
             self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
 
     def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
@@ -137,10 +139,10 @@ class Gate:
                 moved.append(x + step)
             return tuple(moved)
 
-        # One column for each result, in which it alone is moved.
-        inputs = {name: np.full(len(results), column[sample]) for name, column in self._points.items()}
+        # One column for each result, in which it alone is moved, and one in which none is.
+        inputs = {name: np.full(len(results) + 1, column[sample]) for name, column in self._points.items()}
         found = _outputs(graph, evaluate(graph, inputs, rounded))[output]
-        moved = np.nan_to_num(self._distance(output, found, self._exact[output][sample]))
+        moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
         return results[int(np.argmax(moved))] if results and np.max(moved) > 0 else None
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
@@ -156,11 +158,13 @@ class Gate:
                 for x, size in zip(made, _own_errors(node, operands, made), strict=True)
             )
 
+        # Against its own exact values: whether they are those of the problem is not judged by samples.
+        exact = _outputs(graph, evaluate(graph, self._points))
         # All tries at once: each sample stands in the columns as often as it is tried.
         points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
         moved = {}
         for name, column in _outputs(graph, evaluate(graph, points, rounded)).items():
-            distance = self._distance(name, column.reshape(_TRIES, -1), self._exact[name])
+            distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
             moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))
         return moved
