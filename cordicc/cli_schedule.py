@@ -138,7 +138,7 @@ def _report(folder: Path, front: Front) -> dict[str, str]:
 
     if not (folder / "plan.json").is_file():
         return {}
-    reason = "it is of another problem"
+    reason = "it is of another problem, target or number of copies"
     try:
         plan = load_plan(folder / "plan.json")
         if front.is_of(plan):

@@ -77,8 +77,10 @@ class Front:
         return Explored(self.title, [point.mark() for point in self.points])
 
     def is_of(self, plan: Plan) -> bool:
-        """Tell whether a plan is of the same problem."""
-        return bool(plan.problem.get("program") == self.program)
+        """Tell whether a plan is of the same problem, target and copies."""
+        same = Path(str(plan.options.get("target"))).stem == self.target
+        same = same and plan.options.get("copies", 1) == self.copies
+        return same and bool(plan.problem.get("program") == self.program)
 
 
 def workers(jobs: int | None, cluster: str | None) -> Executor:

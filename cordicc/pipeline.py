@@ -6,7 +6,7 @@ start.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +34,7 @@ from cordicc.rewrite.costs import Costs
 from cordicc.rewrite.passes import default_passes
 from cordicc.schedule.assemble import assemble
 from cordicc.schedule.place import figures, place
-from cordicc.schedule.request import Limits
+from cordicc.schedule.request import Limits, OutOfLimits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
@@ -127,8 +127,44 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     _check_size(loaded)
     target = load_target(options.target)
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
+    refused: list[Unattainable] = []
+    for goal in _goals(options.limits):
+        plans = _plans(path, loaded, target, replace(options, limits=limits), goal, refused, watch, enter)
+        if plans:
+            break
+    else:
+        raise _nearest(refused)
+    plan, warnings = min(plans, key=lambda made: figures(made[0], limits.minimize))
+    verify_plan(plan)
+    return Compiled(plan, warnings)
+
+
+def _goals(limits: Limits) -> tuple[str, ...]:
+    """Return the goals for which operations are chosen, one after the other until the limits are met."""
+    wanted = [limits.minimize]
+    wanted += ["processors"] if limits.max_processors is not None else []
+    wanted += ["latency"] if limits.max_latency is not None else []
+    return tuple(dict.fromkeys(wanted))
+
+
+def _nearest(refused: Sequence[Unattainable]) -> Unattainable:
+    """Return of several reasons the one that is nearest to a plan."""
+    missed = [error for error in refused if isinstance(error, OutOfLimits)]
+    return min(missed, key=lambda error: error.least) if missed else refused[0]
+
+
+def _plans(
+    path: Path,
+    loaded: LoadedProblem,
+    target: Target,
+    options: Options,
+    goal: str,
+    refused: list[Unattainable],
+    watch: Watch | None,
+    enter: Enter,
+) -> list[tuple[Plan, tuple[Diagnostic, ...]]]:
+    """Return plans with operations chosen for a goal; why others cannot be is added to `refused`."""
     plans = []
-    refused = []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
     for implicit in _implicit_choices(options, target):
         enter("choosing operations")
@@ -137,7 +173,7 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
             target,
             implicit=implicit,
             preferred=options.units == "implicit",
-            goal=options.limits.minimize,
+            goal=goal,
             effort=options.effort,
             watch=watch,
         )
@@ -145,15 +181,10 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
         # Scheduling sees unit operations with their latencies only.
         try:
             unplaced, warnings = _assembled(path, loaded, choice, target, options)
-        except TooInaccurate as error:
+            plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
+        except (TooInaccurate, OutOfLimits) as error:
             refused.append(error)
-            continue
-        plans.append((place(replicated(unplaced, options.copies), limits), warnings))
-    if not plans:
-        raise refused[0]
-    plan, warnings = min(plans, key=lambda made: figures(made[0], options.limits.minimize))
-    verify_plan(plan)
-    return Compiled(plan, warnings)
+    return plans
 
 
 def _check_size(loaded: LoadedProblem) -> None:

@@ -17,10 +17,8 @@ _LONG = 8
 _LINEAR = ("add", "sub", "neg", "cmul", "shift")
 
 
-class Known(Protocol):
-    """What is known about values."""
-
-    field: Field
+class Enclosed(Protocol):
+    """What values are made by, and their ranges."""
 
     def node(self, value: Value) -> Node:
         """Return the node that makes a value."""
@@ -29,6 +27,12 @@ class Known(Protocol):
     def range(self, value: Value) -> Interval | None:
         """Return the enclosure of a value."""
         ...
+
+
+class Known(Enclosed, Protocol):
+    """What is known about values."""
+
+    field: Field
 
     def element(self, value: Value) -> Element | None:
         """Return a value as an element."""
@@ -39,7 +43,7 @@ class Known(Protocol):
         ...
 
 
-def is_square_sum(known: Known, value: Value, depth: int) -> bool:
+def is_square_sum(known: Enclosed, value: Value, depth: int) -> bool:
     """Tell whether a value is a sum of squares and of values that are never negative."""
     node, interval = known.node(value), known.range(value)
     if depth == 0 or (interval is not None and interval.lo >= 0):

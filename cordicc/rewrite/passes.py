@@ -6,6 +6,7 @@ from cordicc.rewrite.base import Pass
 from cordicc.rewrite.implicit import ImplicitForms
 from cordicc.rewrite.quotients import Quotients
 from cordicc.rewrite.rotations import Rotations
+from cordicc.rewrite.selections import Selections
 from cordicc.rewrite.simplify import Simplify
 from cordicc.rewrite.standard import StandardChains
 from cordicc.rewrite.vectors import Vectorings
@@ -20,6 +21,7 @@ def default_passes(*, implicit: bool) -> tuple[Pass, ...]:
     return (
         DropWraps(),  # needs the inverse functions still in sight
         Simplify(),  # one shape for constant factors, signs and powers, on which the patterns rest
+        Selections(),  # before anything is made of what is never selected; sees squares as products
         ImplicitForms(),  # takes quotients inside acos and asin before they become CAUs
         Vectorings(),  # takes quotients inside atan and log; reads squares before they become mul
         Rotations(),  # after Vectorings, so that sums under a root are seen as lengths first

@@ -31,6 +31,14 @@ class Limits:
     effort: Effort = field(default_factory=Effort)
 
 
+class OutOfLimits(Unattainable):
+    """No schedule within the limits; `least` is what the limit that binds would have to be, if one does."""
+
+    def __init__(self, code: str, message: str, hint: str, least: int = 0) -> None:
+        super().__init__([Diagnostic(code, message, hint=hint)])
+        self.least = least
+
+
 def interval_for(target: Target, rate_hz: float) -> int:
     """Return the longest interval in cycles at which so many samples a second enter.
 
@@ -38,7 +46,8 @@ def interval_for(target: Target, rate_hz: float) -> int:
     """
     if not rate_hz <= target.clock_hz:
         message = f"--rate {rate_hz:g} is above the clock of target '{target.name}'"
-        raise _unattainable("E406", message, f"the most that can be met is --rate {target.clock_hz:g}")
+        hint = f"the most that can be met is --rate {target.clock_hz:g}"
+        raise Unattainable([Diagnostic("E406", message, hint=hint)])
     # An interval is a ratio of two rates in the file's decimals, so it is compared exactly.
     return int(Fraction(str(target.clock_hz)) / Fraction(str(rate_hz)))
 
@@ -69,7 +78,7 @@ def scheduled(problem: SchedulingProblem, order: Sequence[Goal], limits: Limits)
     """Return the schedule that is best in the goals within the limits.
 
     Raises:
-        Unattainable: no plan within the limits (E402, E403, E407), with what binds and the nearest
+        OutOfLimits: no plan within the limits (E402, E403, E407), with what binds and the nearest
             values that can be met.
     """
     max_processors, max_latency, effort = limits.max_processors, limits.max_latency, limits.effort
@@ -103,7 +112,7 @@ def _check_processors(problem: SchedulingProblem, limit: int | None) -> None:
         while sum(-(-count // interval) for count in counts.values()) > limit:
             interval += 1
         hint += f", or --ii {interval} with --max-processors {limit}"
-    raise _unattainable("E402", message, hint)
+    raise OutOfLimits("E402", message, hint, least)
 
 
 def _check_path(problem: SchedulingProblem, limit: int | None) -> None:
@@ -115,7 +124,7 @@ def _check_path(problem: SchedulingProblem, limit: int | None) -> None:
         f"{net.kinds[net.kind[i]].split(' ')[0]} ({net.latency[i]})" for i in _critical_path(problem)
     )
     hint = f"the least that can be met is --max-latency {net.critical}: {path}"
-    raise _unattainable("E403", message, hint)
+    raise OutOfLimits("E403", message, hint, net.critical)
 
 
 def _critical_path(problem: SchedulingProblem) -> list[int]:
@@ -131,7 +140,7 @@ def _critical_path(problem: SchedulingProblem) -> list[int]:
 
 def _both(
     problem: SchedulingProblem, most: tuple[Goal, int], max_latency: int, effort: Effort
-) -> Unattainable:
+) -> OutOfLimits:
     """Return the finding that each limit can be met, but not both."""
     few = solve(problem, [PROCESSORS, LATENCY], max_latency=max_latency, effort=effort)
     quick = solve(problem, [LATENCY], most=most, effort=effort)
@@ -148,8 +157,4 @@ def _both(
         f"nearest: --max-processors {needed} at this latency, or --max-latency {quick.latency} with "
         f"--max-processors {most[1]}"
     )
-    return _unattainable("E407", message, hint)
-
-
-def _unattainable(code: str, message: str, hint: str) -> Unattainable:
-    return Unattainable([Diagnostic(code, message, hint=hint)])
+    return OutOfLimits("E407", message, hint)
