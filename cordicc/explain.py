@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cordicc.backends.formulas import Formulas
+from cordicc.backends.labels import percent
 from cordicc.backends.recognition import Recognised, recognised
 from cordicc.plan import Operation, Plan
 from cordicc.sheet import Block, Facts, Heading, Sheet
@@ -229,7 +230,7 @@ def _seen(seen: Mapping[str, Any], unit: str) -> str:
 def _bound(figures: Mapping[str, Any], unit: str) -> str:
     bound = figures["bound"]
     if bound is not None:
-        share = f", {bound['share_of_samples']:.4g} of the samples" if bound.get("conditions") else ""
+        share = f", {percent(bound['share_of_samples'])} of the samples" if bound.get("conditions") else ""
         return f"proven at most {bound['value']:.3g}{unit} for {bound['where']}{share}"
     reason = figures.get("bound_reason")
     return f"no bound: {reason}" if reason else "no bound derived (compile --certify derives one)"

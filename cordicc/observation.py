@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,8 +12,8 @@ from cordicc.emulate import accuracy, sampling
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.lost import first_invalid
 from cordicc.emulate.streaming import REFERENCE_SAMPLES, run_parts
+from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import effort
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
 
@@ -66,11 +66,13 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         if not comparison.valid:
             raise Unattainable([lost])
         warnings.append(lost)
-    problem = {
-        **plan.problem,
-        "warnings": [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)],
-    }
-    return replace(plan, accuracy=figures, problem=problem), warnings
+    return with_warnings(replace(plan, accuracy=figures), warnings), warnings
+
+
+def with_warnings(plan: Plan, warnings: Iterable[Diagnostic]) -> Plan:
+    """Return a plan that records more warnings."""
+    known = [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)]
+    return replace(plan, problem={**plan.problem, "warnings": known})
 
 
 def reference_samples(graph: Graph) -> int:

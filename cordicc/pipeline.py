@@ -23,7 +23,7 @@ from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.verify import verify as verify_graph
-from cordicc.observation import DEFAULT_SEED, machine_of, observe
+from cordicc.observation import DEFAULT_SEED, machine_of, observe, with_warnings
 from cordicc.plan import Plan, Selection
 from cordicc.plan_check import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan_json import dump
@@ -38,7 +38,7 @@ from cordicc.schedule.request import Limits, OutOfLimits
 from cordicc.schedule.verify import verify as verify_plan
 from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
-from cordicc.within_error import TooInaccurate, allowed_errors, checked, widened
+from cordicc.within_error import TooInaccurate, allowed_errors, checked, exceptions, widened
 
 if TYPE_CHECKING:
     from cordicc.backends.diagram import Diagram
@@ -116,6 +116,8 @@ def compile_file(
 
         enter("proving error bounds")
         plan = with_bounds(plan, bounds_of(plan, allowed))
+        open_ones = exceptions(plan)
+        plan, more = with_warnings(plan, open_ones), [*more, *open_ones]
     return Compiled(plan, (*planned.warnings, *more))
 
 

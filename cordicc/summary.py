@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
+from cordicc.backends.labels import percent
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.judging import Judged
 from cordicc.plan import Plan
@@ -96,7 +96,7 @@ def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
     """Return a bound in words; under conditions with the share of the default samples that meet them."""
     if bound is None:
         return "not derived"
-    share = f", {bound['share_of_samples']:.4g} of samples" if bound.get("conditions") else ""
+    share = f", {percent(bound['share_of_samples'])} of samples" if bound.get("conditions") else ""
     return _figure(bound["value"], unit) + share
 
 
@@ -142,8 +142,7 @@ def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[
         return "not derived", "-", "-"
     held = "every valid sample"
     if plan.accuracy[output]["bound"]["conditions"]:
-        # Rounded down: not quite all is never called all.
-        held = f"{math.floor(1e4 * (judged.share or 0.0)) / 100:g} % of valid samples"
+        held = f"{percent(judged.share or 0.0)} of valid samples"
     return _figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
 

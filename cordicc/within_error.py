@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cordicc.diagnostics import Diagnostic, Unattainable
+from cordicc.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.plan import Plan
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
 
@@ -91,6 +91,24 @@ def _fewest_guard_bits(plan: Plan, width: int, fewer: range, plan_with: PlanWith
         else:
             plan, most = candidate, middle
     return plan
+
+
+def exceptions(plan: Plan) -> list[Diagnostic]:
+    """Return a warning for each allowed error that is not proven for all of the default samples."""
+    found = []
+    for name, error in allowed_errors(plan.problem).items():
+        bound, seen = plan.accuracy[name]["bound"], plan.accuracy[name]["observed"]["max"]
+        if bound["share_of_samples"] == 1:
+            continue
+        message = (
+            f"max_error {error:.3g} of '{name}' is proven for {100 * bound['share_of_samples']:.4g} % of the "
+            f"default samples, where {bound['where']}"
+        )
+        if seen is not None and seen > error:
+            message += f"; the largest error seen is {seen:.3g}"
+        hint = "narrow the input ranges, away from where small errors of the inputs move the output far"
+        found.append(Diagnostic("W417", message, None, hint, Severity.WARNING))
+    return found
 
 
 def _missed(bounds: Mapping[str, Bound], allowed: Mapping[str, float]) -> dict[str, Bound]:

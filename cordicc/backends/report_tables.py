@@ -125,7 +125,7 @@ def _accuracy(name: str, record: Any, unit: str) -> Accuracy:
         return Accuracy(name, most, rms, DASH, reason)
     where, share = bound.get("where"), bound.get("share_of_samples")
     note = [str(where)] if where else []
-    note += [f"{float(share):.4g} of the samples"] if isinstance(share, (int, float)) else []
+    note += [f"{labels.percent(share)} of the samples"] if isinstance(share, (int, float)) else []
     return Accuracy(name, most, rms, _error(bound.get("value"), unit), ", ".join(note))
 
 

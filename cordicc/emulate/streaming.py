@@ -18,8 +18,9 @@ from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import Judgement, Limits, Part
 from cordicc.emulate.screening import screen
+from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import effort, evaluate
+from cordicc.ir.reference import evaluate
 
 Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]

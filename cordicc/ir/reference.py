@@ -32,14 +32,6 @@ _EXPONENT_BITS = 1200
 
 _LARGEST_DOUBLE = sys.float_info.max
 
-_TIMES = {
-    4: "sin cos tan atan atan2 sinh cosh tanh exp log pow wrap solve_pair",
-    6: "asin acos asinh acosh atanh rotate vector lightcone",
-    12: "solve implicit",
-}
-_HEAVY = {op: times for times, ops in _TIMES.items() for op in ops.split()}
-"""How many times as long as a product operations take."""
-
 Real = Any  # mpmath's raw number: the tuple (sign, mantissa, exponent, bit count)
 Result = Real | None
 _WORKING = (PRECISION, "n")
@@ -120,11 +112,6 @@ def _evaluate_rounded(
             if result is not None:
                 number = libmp.to_float(result, rnd="n")
                 results[row, sample] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
-
-
-def effort(graph: Graph) -> int:
-    """Return how many products take as long as evaluating a graph for one sample."""
-    return sum(_HEAVY.get(node.op, 1) for node in graph.nodes)
 
 
 def _bounded(result: Result) -> Result:

@@ -122,7 +122,7 @@ class TestPage:
             "proven optimal",
             "not proven optimal; at least 27, gap 15.6%",
             "2.000e-06",
-            "|C| &lt; 0.9 R, 0.5 of the samples",
+            "|C| &lt; 0.9 R, 50 % of the samples",
             'alttext="x**2 + y**2"',
             "x = 0.1 &amp; y &lt; 0",
             "cordicc compile planar-2r.yaml --target kinematic --units auto --ii 1",
