@@ -154,5 +154,8 @@ def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
 
 
 def load_plan(path: str | Path) -> Plan:
-    """Read plan.json back, with everything checked; raises InvalidInput."""
-    return Plan.of(pipeline.check_plan(parse(read_text(Path(path)), str(path)), str(path)))
+    """Read plan.json back, or that of a folder, with everything checked; raises InvalidInput."""
+    file = Path(path)
+    if file.is_dir() and (file / "plan.json").is_file():
+        file = file / "plan.json"
+    return Plan.of(pipeline.check_plan(parse(read_text(file), str(file)), str(file)))

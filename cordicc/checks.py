@@ -70,7 +70,8 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
         n for n, results in zip(problem.graph.nodes, ranges, strict=True) if all(r is None for r in results)
     ]
     if nowhere:
-        message = f"'{nowhere[0].op}' has no value for any input"
+        op = nowhere[0].op
+        message = "no input meets the condition" if op == "guard" else f"'{op}' has no value for any input"
         raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
     _, valid = evaluate(problem.graph, samples)
     if bool(valid.all()):
@@ -82,9 +83,8 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
         raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
     share = int((~valid).sum()) / len(valid)
     culprit = _culprit(problem, {name: column[outside : outside + 1] for name, column in samples.items()})
-    message = (
-        f"about {share:.1%} of the inputs are outside the domain of the equations, first at '{culprit.op}'"
-    )
+    first = "a condition" if culprit.op == "guard" else f"'{culprit.op}'"
+    message = f"about {share:.1%} of the inputs are outside the domain of the equations, first at {first}"
     return [place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
 
 

@@ -34,11 +34,11 @@ def write_or_print(path: Path, text: str) -> None:
 
 
 def plan_or_problem(path: Path) -> Plan:
-    """Return the plan of a plan.json, or of a problem file, compiled with the default options."""
+    """Return the plan of a plan.json or its folder, or of a problem file, compiled as by default."""
     from cordicc.api import Plan, load_plan
     from cordicc.pipeline import Options, compile_file
 
-    if path.suffix == ".json":
+    if path.suffix == ".json" or path.is_dir():
         return load_plan(path)
     compiled = compile_file(path, Options())
     tell(compiled.warnings)

@@ -154,3 +154,14 @@ def test_samples_of_the_widest_range() -> None:
     drawn = sampling.draw({"inputs": [{"name": "x", "lo": -1.7e308, "hi": 1.7e308}]}, 100, 0)["x"]
     assert all(map(math.isfinite, drawn))
     assert drawn.min() < -1e308 < 1e308 < drawn.max()
+
+
+def test_a_folder_stands_for_its_plan(tmp_path: Path) -> None:
+    file = str(Path(__file__).resolve().parents[2] / "examples" / "planar_2r.yaml")
+    assert CliRunner().invoke(main, ["compile", file, "-q", "-o", str(tmp_path / "out")]).exit_code == 0
+    for command in (["explain"], ["simulate", "--random", "10"], ["draw", "-o", str(tmp_path / "p.svg")]):
+        words = [command[0], str(tmp_path / "out"), *command[1:]]
+        assert CliRunner().invoke(main, words, catch_exceptions=False).exit_code == 0
+    refused = CliRunner().invoke(main, ["explain", str(tmp_path)])
+    assert refused.exit_code == 2
+    assert "E600" in refused.output
