@@ -273,7 +273,7 @@ def as_sheet(front: Front) -> Sheet:
         figures = (str(point.latency), str(point.fifo_words), point.units, _certificate(point))
         rows.append((str(point.initiation_interval), str(point.processors), *counts, *figures))
     head = f"{front.name} on {front.target}: {len(front.points)} of {front.tried} points are unbeaten"
-    again = "All with the operations that take the fewest CAUs; for a point, perhaps shorter by other operations,\n"
+    again = "All with the operations of fewest CAUs; for a point, perhaps quicker by other operations,\n"
     again += "'cordicc compile --ii INTERVAL --max-processors CAUs --minimize latency --units UNITS"
     again += f" --copies {front.copies}'." if front.copies > 1 else "'."
     return Sheet(head, (Table(header, tuple(rows), indent=0), again))
