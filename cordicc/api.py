@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import Any
 
@@ -156,6 +157,7 @@ def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
 def load_plan(path: str | Path) -> Plan:
     """Read plan.json back, or that of a folder, with everything checked; raises InvalidInput."""
     file = Path(path)
-    if file.is_dir() and (file / "plan.json").is_file():
+    # Unlike the methods of Path these functions raise nothing for a name that is too long.
+    if isdir(file) and isfile(file / "plan.json"):
         file = file / "plan.json"
     return Plan.of(pipeline.check_plan(parse(read_text(file), str(file)), str(file)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,7 +39,7 @@ def plan_or_problem(path: Path) -> Plan:
     from cordicc.api import Plan, load_plan
     from cordicc.pipeline import Options, compile_file
 
-    if path.suffix == ".json" or path.is_dir():
+    if path.suffix == ".json" or isdir(path):
         return load_plan(path)
     compiled = compile_file(path, Options())
     tell(compiled.warnings)
