@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from cordicc.backends.labels import percent
 from cordicc.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.plan import Plan
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
@@ -101,7 +102,7 @@ def exceptions(plan: Plan) -> list[Diagnostic]:
         if bound["share_of_samples"] == 1:
             continue
         message = (
-            f"max_error {error:.3g} of '{name}' is proven for {100 * bound['share_of_samples']:.4g} % of the "
+            f"max_error {error:.3g} of '{name}' is proven for {percent(bound['share_of_samples'])} of the "
             f"default samples, where {bound['where']}"
         )
         if seen is not None and seen > error:

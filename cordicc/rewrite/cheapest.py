@@ -80,8 +80,10 @@ def cheapest(problem: Problem, graph: Graph, context: Context, costs: Costs) -> 
             if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
                 return Choice(made, found.proven, True, steps, found.facts)
-            blamed = gate.culprit(made, *inaccurate, realisations.may_be_banned(found))
-            if costs.implicit and blamed is not None:
+            # In chains of standard units results are no longer those of the search.
+            among = realisations.may_be_banned(found) if costs.implicit else ()
+            blamed = gate.culprit(made, *inaccurate, among) if among else None
+            if blamed is not None:
                 realisations.ban(found, blamed)
             found, first = realisations.best(), False
     return Choice(graph, searched=True)
