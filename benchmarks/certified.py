@@ -34,7 +34,8 @@ from cordicc.certify.boxes import Boxes
 from cordicc.certify.certificate import Bound
 from cordicc.certify.network import Network, Step, network
 from cordicc.certify.plans import bounds_of
-from cordicc.certify.predicates import inside, meets
+from cordicc.certify.predicates import meets
+from cordicc.certify.samples import inside
 from cordicc.certify.sweep import errors, forward
 from cordicc.emulate import functional, sampling
 from cordicc.emulate.climb import climb, climbing
@@ -110,7 +111,7 @@ def searched(run: Run, output: str, start: Columns) -> tuple[dict[str, Floats], 
     def own(points: Columns) -> Floats:
         boxes = {name: Boxes(points[name], points[name]) for name in run.net.inputs}
         bound = errors(run.net, steps, output, forward(run.net, steps, boxes, {}))
-        held = inside(run.net, output, limit.where, points)
+        held = inside(run.net, {output: limit.where}, points)[output]
         return np.where(np.isfinite(bound) & held, bound, -np.inf)
 
     def error(points: Columns) -> Floats:
@@ -166,7 +167,7 @@ def measured(run: Run, count: int, corpus: Columns) -> tuple[dict[str, Seen], in
     for output, each in seen.items():
         points, heights = searched(run, output, first)
         each.add(heights, limits[output], points)
-        each.share = float(inside(run.net, output, run.bounds[output].where, corpus).mean())
+        each.share = float(inside(run.net, {output: run.bounds[output].where}, corpus)[output].mean())
         rows = {name: np.array([row[name] for _, row in each.rows]) for name in run.net.inputs}
         each.beyond += high_precision_beyond(run, [output], rows)[output]
     drawn = sampling.draw(run.plan.problem, count, 1)
@@ -182,7 +183,9 @@ def high_precision_beyond(run: Run, outputs: Sequence[str], points: Columns) -> 
     results = simulated(run, points)
     beyond = {}
     for output in outputs:
-        held = inside(run.net, output, run.bounds[output].where, points) & results["valid"] & defined
+        held = (
+            inside(run.net, {output: run.bounds[output].where}, points)[output] & results["valid"] & defined
+        )
         error = apart(results[output] - values[output], run.net.angles[output])
         bound = run.bounds[output].value
         beyond[output] = 0 if bound is None else int((error[held] > bound).sum())

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from cordicc import __version__
-from cordicc.cli_common import COPIES, FILE, plan_or_problem, write_or_print
+from cordicc.cli_common import COPIES, FILE, hertz, plan_or_problem, write_or_print
 from cordicc.cli_plans import diff, explain, schema
 from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
@@ -62,9 +62,9 @@ def main() -> None:
 @click.option("--ii", type=_POSITIVE, help="Cycles between samples (initiation interval).  [default: 1]")
 @click.option(
     "--rate",
-    type=click.FloatRange(min=0, min_open=True),
+    callback=hertz,
     metavar="HZ",
-    help="Samples a second, instead of --ii: the longest interval that keeps up.",
+    help="Samples a second, instead of --ii: the longest interval that keeps up; 5e5, 500kHz.",
 )
 @COPIES
 @click.option("--max-processors", type=click.IntRange(min=0), help="Most CAUs.")
@@ -195,13 +195,19 @@ def compile_command(
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),
-    help="Largest difference that --compare allows.  [default: columns tol_<output>, else the plan's bound]",
+    help="Largest difference that --compare allows.  [default: columns tol_<output>, else the plan's bound; "
+    "where there is none, twice the largest error observed]",
 )
 @click.option(
     "--reference",
     type=click.IntRange(min=0),
     metavar="N",
     help="Evaluate the equations in high precision for N samples.  [default: 10000]",
+)
+@click.option(
+    "--own-bounds",
+    is_flag=True,
+    help="Add a column bound_<output> to --outputs: the proven bound of each sample's own error.",
 )
 @click.option("--no-reference", is_flag=True, help="Only run the plan; compare with nothing.")
 @click.option("--report", is_flag=True, help="Show histograms and worst inputs, and search for worse ones.")
@@ -222,6 +228,7 @@ def simulate(
     compare: tuple[Path, Path] | None,
     tolerance: float | None,
     reference: int | None,
+    own_bounds: bool,
     no_reference: bool,
     report: bool,
     cycle_accurate: bool,
@@ -238,7 +245,7 @@ def simulate(
     cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
     cordicc simulate arm.yaml --compare poses.csv expected.csv
     """  # noqa: D301
-    from cordicc.cli_simulate import Reference, Run, check_expected, run_samples
+    from cordicc.cli_simulate import Reference, Run, run_samples
 
     if inputs is not None and count is not None:
         raise click.UsageError("--inputs and --random exclude each other")
@@ -248,8 +255,12 @@ def simulate(
         raise click.UsageError("--no-reference excludes --reference and --report")
     if tolerance is not None and not compare:
         raise click.UsageError("--tolerance goes with --compare")
-    run = Run(plan_or_problem(plan), cycle_accurate, as_json, tell)
+    if own_bounds and outputs is None:
+        raise click.UsageError("--own-bounds goes with --outputs")
+    run = Run(plan_or_problem(plan), cycle_accurate, as_json, tell, own_bounds)
     if compare:
+        from cordicc.cli_compare import check_expected
+
         ctx.exit(check_expected(run, *compare, tolerance))
     if vcd is not None:
         from cordicc.emulate import waveform
@@ -260,7 +271,7 @@ def simulate(
         write_or_print(vcd, waveform.render(run.plan, first))
         if more:
             message = f"the waveform holds the first {vcd_samples} samples"
-            tell([Diagnostic("W616", message, hint="--vcd-samples", severity=Severity.WARNING)])
+            tell([Diagnostic("W616", message, hint="--vcd-samples N writes N", severity=Severity.WARNING)])
     ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
 
 
@@ -286,7 +297,7 @@ def simulate(
     "--output",
     type=FILE,
     metavar="FILE.svg|png|pdf",
-    help="Write here instead of stdout; PNG and PDF take 'cordicc[pictures]'.",
+    help="Write here instead of stdout ('-'); PNG and PDF take 'cordicc[pictures]'.",
 )
 def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
     """Draw a plan.json as SVG, PNG or PDF.
@@ -298,6 +309,8 @@ def draw(plan: Path, view: str, width: int, output: Path | None) -> None:
     from cordicc.api import load_plan
     from cordicc.files import write_file
 
+    if output is None and sys.stdout.isatty():
+        raise click.UsageError("a picture is no text to read: name a file with -o, or '-o -' for stdout")
     picture = load_plan(plan).picture(view, width or None)
     if output is None or str(output) == "-":
         click.echo(picture.svg, nl=False)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+from decimal import Decimal, InvalidOperation
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +17,26 @@ if TYPE_CHECKING:
     from cordicc.api import Plan
 
 FILE = click.Path(path_type=Path)
+
+
+_PREFIXES = {"": 1, "k": 1000, "M": 1_000_000, "G": 1_000_000_000}
+
+
+def hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """Return the positive number of hertz of an option, perhaps with a unit; raise BadParameter."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?[0-9]{1,3})?)\s*(?:([kMG]?)Hz)?\s*", text)
+    try:
+        rate = float(Decimal(match[1]) * _PREFIXES[match[2] or ""]) if match else 0.0
+    except InvalidOperation:
+        rate = 0.0
+    if not 0 < rate < math.inf:
+        raise click.BadParameter(
+            f"{text!r} is not a positive number of hertz, such as 5e5 or 500kHz", ctx, param
+        )
+    return rate
+
 
 COPIES = click.option(
     "--copies",

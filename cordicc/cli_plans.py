@@ -60,7 +60,7 @@ def diff(ctx: click.Context, first: Path, second: Path, as_json: bool) -> None:
     if as_json:
         click.echo(plan_diff.as_json(found), nl=False)
     else:
-        show(plan_diff.as_sheet(*plans, found))
+        show(plan_diff.as_sheet(*plans, found, (str(first), str(second))))
     ctx.exit(1 if found else 0)
 
 

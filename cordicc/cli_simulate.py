@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
+import numpy as np
 
 from cordicc.arith.intervals import Interval
-from cordicc.certify.plans import StatedBounds
+from cordicc.certify.plans import StatedBounds, network_of
+from cordicc.certify.samples import own_bounds
 from cordicc.console import Progress, show
 from cordicc.diagnostics import Diagnostic
-from cordicc.emulate import cycle, extremes, functional, golden
+from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
 from cordicc.emulate.sampling import draw_parts
@@ -29,23 +31,33 @@ from cordicc.plan import Plan
 from cordicc.sheet import Sheet
 from cordicc.summary import comparison_data, comparison_sheet, count
 
+BOUND = "bound_"
+"""Before the name of an output: the column with the bound of the sample's own error."""
+
 _BAR = 40
-_NUMBER_BYTES = 12
-_MARGIN = 2.0
+_MOST_CAUSES = 5
+NUMBER_BYTES = 12
+"""About what a number takes in a CSV file."""
 
 
 class Run(NamedTuple):
-    """A plan, how it is run, and how results are told."""
+    """A plan, how it is run, how results are told; whether each sample's own bounds are written."""
 
     plan: Plan
     cycle_accurate: bool
     as_json: bool
     tell: Callable[[Iterable[Diagnostic]], None]
+    own_bounds: bool = False
 
     @property
     def inputs(self) -> list[str]:
         """Return the names of the inputs."""
         return [item["name"] for item in self.plan.problem["inputs"]]
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the names of the columns that are written, but for `valid`."""
+        return [*self.plan.outputs, *(BOUND + name for name in self.plan.outputs if self.own_bounds)]
 
     def simulator(self, first: Samples, total: int) -> Callable[[Samples], dict[str, Any]]:
         """Return what runs a part, fit for about `total` samples of which `first` are the first."""
@@ -88,14 +100,16 @@ def run_samples(
         table = read_table(inputs, Columns(run.inputs))
         run.tell(table.warnings)
         total, parts = None, table.parts
-        expected = inputs.stat().st_size // (_NUMBER_BYTES * max(1, len(run.inputs)))
+        expected = inputs.stat().st_size // (NUMBER_BYTES * max(1, len(run.inputs)))
     first = next(parts)
     simulate = run.simulator(first, expected)
     progress = Progress(total, "samples")
     with ExitStack() as stack:
         stack.callback(progress.done)
-        take = _sink(outputs, list(plan.outputs), stack)
-        stream = _again(first, parts)
+        take = _sink(outputs, run.columns, stack)
+        if run.own_bounds:
+            simulate = _with_own_bounds(plan, simulate)
+        stream = again(first, parts)
         if reference.samples is None:
             told: str | Sheet = _only_run(run, stream, simulate, take, progress)
             beyond: list[Diagnostic] = []
@@ -110,12 +124,30 @@ def run_samples(
             told = (
                 _json(plan, report, found) if run.as_json else _sheet(plan, report, found, reference.search)
             )
-    _tell(told, err=str(outputs) == "-")
+    print_told(told, err=str(outputs) == "-")
     run.tell(beyond)
     return 1 if beyond else 0
 
 
-def _tell(told: str | Sheet, *, err: bool = False) -> None:
+def _with_own_bounds(
+    plan: Plan, simulate: Callable[[Samples], dict[str, Any]]
+) -> Callable[[Samples], dict[str, Any]]:
+    """Return what runs a plan and bounds the error of each sample, nan where it is invalid."""
+    net = network_of(plan)
+
+    def run(samples: Samples) -> dict[str, Any]:
+        outputs = simulate(samples)
+        valid = outputs["valid"].astype(bool)
+        own = own_bounds(net, list(plan.outputs), {n: column[valid] for n, column in samples.items()})
+        for name, bounds in own.items():
+            outputs[BOUND + name] = np.full(valid.shape, np.nan)
+            outputs[BOUND + name][valid] = bounds
+        return outputs
+
+    return run
+
+
+def print_told(told: str | Sheet, *, err: bool = False) -> None:
     """Print a JSON text or a sheet."""
     if isinstance(told, Sheet):
         show(told, err=err)
@@ -149,7 +181,8 @@ def _how_many(judged: Judged) -> str:
     return f"in {judged.beyond}{more} of {count(judged.inside, 'sample')} inside"
 
 
-def _again(first: Samples, rest: Iterator[Samples]) -> Iterator[Samples]:
+def again(first: Samples, rest: Iterator[Samples]) -> Iterator[Samples]:
+    """Return a stream of samples of which the first part was taken."""
     yield first
     yield from rest
 
@@ -179,7 +212,7 @@ def _only_run(
         progress.reached(samples)
     if run.as_json:
         data = {"name": run.plan.name, "target": run.plan.target["name"], "samples": samples, "valid": valid}
-        return _dumped(data)
+        return dumped(data)
     return Sheet(f"{run.plan.name} on {run.plan.target['name']}: {count(samples, 'sample')}, {valid} valid")
 
 
@@ -201,13 +234,18 @@ def _search(
     }
 
 
-def _dumped(data: Mapping[str, Any]) -> str:
+def dumped(data: Mapping[str, Any]) -> str:
+    """Return plain data as a JSON text."""
     return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
 def _json(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> str:
     data = comparison_data(plan, report.comparison)
     data |= {"referenced": report.referenced, "screened": report.screened}
+    data["undefined"] = [
+        {"equation": cause.equation, "reason": cause.reason, "samples": samples, "first": first + 1}
+        for cause, samples, first in report.causes
+    ]
     for name, record in data["accuracy"].items():
         record["histogram"] = [[lower, number] for lower, number in report.errors[name].rows()]
         record["worst"] = [_worst_data(worst) for worst in report.worst[name]]
@@ -216,7 +254,7 @@ def _json(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) 
         if found is not None:
             worst = found[name]
             record["search"] = None if worst is None else _worst_data(worst)
-    return _dumped(data)
+    return dumped(data)
 
 
 def _judged_data(judgement: Judgement | None, output: str) -> dict[str, Any] | None:
@@ -238,7 +276,13 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
 def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None, details: bool) -> Sheet:
     judged = {} if report.judgement is None else report.judgement.found
     sheet = comparison_sheet(plan, report.comparison, judged)
-    lines = []
+    lines = [
+        f"  {count(samples, 'sample')} without a value, {cause.reason} in the equation of "
+        f"'{cause.equation}', first sample {first + 1}"
+        for cause, samples, first in report.causes[:_MOST_CAUSES]
+    ]
+    if more := report.causes[_MOST_CAUSES:]:
+        lines.append(f"  {count(sum(n for _, n, _ in more), 'sample')} without a value for other reasons")
     if report.screened:
         gaps = [gap for gap in report.screening_error.values() if gap is not None]
         known = f", there at most {max(gaps):.2g} from it" if gaps else ""
@@ -286,77 +330,3 @@ def _worst_lines(name: str, report: Report, found: Mapping[str, Worst | None] | 
     if found is None:
         lines.append("  no search: the inputs depend on one another")
     return lines
-
-
-def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | None) -> int:
-    """Compare the outputs with expected ones, print the worst rows, return the exit status: 1 if any differs.
-
-    Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else the
-    plan's bound, else twice the largest error that the plan has observed.
-    """
-    plan, angles = run.plan, angles_of(run.plan.problem)
-    table = read_table(inputs, Columns(run.inputs))
-    own = [golden.TOLERANCE + name for name in angles] if tolerance is None else []
-    optional = [*own, "valid"]
-    answers = read_table(expected, Columns(list(angles), "output", optional, nan=True))
-    run.tell([*table.warnings, *answers.warnings])
-    allowed = {name: _allowed(plan, name) if tolerance is None else tolerance for name in angles}
-    first = next(table.parts)
-    simulate = run.simulator(first, inputs.stat().st_size // (_NUMBER_BYTES * max(1, len(run.inputs))))
-    verdict = golden.check_golden(_again(first, table.parts), answers.parts, angles, allowed, simulate)
-    limits = {n: None if golden.TOLERANCE + n in answers.names else limit for n, limit in allowed.items()}
-    _tell((_verdict_json if run.as_json else _verdict_sheet)(plan, verdict, limits))
-    return 0 if verdict.agrees else 1
-
-
-def _allowed(plan: Plan, output: str) -> float:
-    record = plan.accuracy[output]
-    bound = record["bound"]
-    if bound is not None and not bound["conditions"]:  # it holds for every valid sample
-        return float(bound["value"])
-    return _MARGIN * float(record["observed"]["max"] or 0.0)
-
-
-def _verdict_sheet(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, float | None]) -> Sheet:
-    agrees = "as expected" if verdict.agrees else "not as expected"
-    title = f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"
-    lines = []
-    if verdict.validity:
-        rows = count(verdict.validity, "row")
-        lines.append(f"  {rows} valid in one alone, first row {verdict.first_invalid}")
-    angles = angles_of(plan.problem)
-    for name, errors in verdict.differences.items():
-        unit = " rad" if angles[name] else ""
-        limit = limits[name]
-        may = "its column" if limit is None else f"{limit:.3g}{unit}"
-        seen = "-" if errors.largest is None else f"{errors.largest:.3g}{unit}"
-        lines.append(
-            f"  {name}: largest difference {seen}, allowed {may}, {count(verdict.beyond[name], 'row')} beyond"
-        )
-    for row, name, simulated, expected, allowed in verdict.wrong:
-        lines.append(f"  row {row}, {name}: {simulated!r} instead of {expected!r}, allowed {allowed:.3g}")
-    return Sheet(title, tuple(lines))
-
-
-def _verdict_json(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, float | None]) -> str:
-    keys = ("row", "output", "simulated", "expected", "allowed")
-    outputs = {
-        name: {
-            "largest": errors.largest,
-            "rms": errors.rms,
-            "allowed": limits[name],
-            "beyond": verdict.beyond[name],
-        }
-        for name, errors in verdict.differences.items()
-    }
-    return _dumped(
-        {
-            "name": plan.name,
-            "target": plan.target["name"],
-            "rows": verdict.rows,
-            "agrees": verdict.agrees,
-            "validity_differs": verdict.validity,
-            "outputs": outputs,
-            "wrong": [dict(zip(keys, line, strict=True)) for line in verdict.wrong],
-        }
-    )

@@ -63,7 +63,8 @@ def _figures(plan: Plan) -> Iterator[tuple[str, Any]]:
 def _options(plan: Plan) -> Iterator[tuple[str, Any]]:
     yield "target", plan.target["name"]
     yield "clock, Hz", plan.clock_hz
-    yield "format", json.dumps(plan.target["arithmetic"]["format"], sort_keys=True)
+    for name, value in sorted(plan.target["arithmetic"]["format"].items()):
+        yield f"format, {name.replace('_', ' ')}", value
     for name, value in plan.options.items():
         if name not in ("file", "target"):
             yield f"--{name.replace('_', '-')}", value
@@ -126,15 +127,15 @@ def _computed(plan: Plan) -> Counter[str]:
     return Counter([*caus, *others])
 
 
-def as_sheet(first: Plan, second: Plan, found: list[Difference]) -> Sheet:
-    """Return the differences as tables by section."""
+def as_sheet(first: Plan, second: Plan, found: list[Difference], heads: tuple[str, str]) -> Sheet:
+    """Return the differences as tables by section, under the names of the two plans."""
     names = [f"{plan.name} on {plan.target['name']}" for plan in (first, second)]
     if not found:
         return Sheet(f"{names[0]}: the plans are the same")
     blocks: list[Block] = []
     for section in dict.fromkeys(each.section for each in found):
         rows = [(d.name, _shown(d.first), _shown(d.second)) for d in found if d.section == section]
-        blocks += [Heading(section), Table(("", "first", "second"), tuple(rows))]
+        blocks += [Heading(section), Table(("", *heads), tuple(rows))]
     return Sheet(" and ".join(names), tuple(blocks))
 
 

@@ -102,16 +102,24 @@ def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
 
 _ACCURACY = ("output", "largest error", "rms error", "bound")
 
+_MOST = "0.99"
+"""The share of samples whose own bounds are shown."""
+
 
 def _accuracy(plan: Plan) -> Table:
-    rows = []
+    any_bound = any((figures["bound"] or {}).get("own_bounds") for figures in plan.accuracy.values())
+    rows: list[tuple[str, ...]] = []
     for output in plan.problem["outputs"]:
         figures = plan.accuracy[output["name"]]
         unit = " rad" if output["angle"] else ""
         seen = figures["observed"]
-        bound = _bound(figures["bound"], unit)
-        rows.append((output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), bound))
-    return Table(_ACCURACY, tuple(rows))
+        bound = figures["bound"]
+        row = (output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), _bound(bound, unit))
+        rows.append(
+            (*row, _figure(bound["own_bounds"].get(_MOST), unit) if bound else "-") if any_bound else row
+        )
+    header = (*_ACCURACY, f"{percent(float(_MOST))} within") if any_bound else _ACCURACY
+    return Table(header, tuple(rows))
 
 
 def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> Sheet:

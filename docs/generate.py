@@ -5,9 +5,13 @@ A test fails if one of them is not what this script makes.
 
 from __future__ import annotations
 
+import json
 import re
 import sys
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from cordicc import pipeline
 from cordicc.backends.diagram import PAGE_WIDTH
@@ -103,14 +107,47 @@ def gallery() -> dict[Path, str]:
     return made
 
 
-def files() -> dict[Path, str]:
+_PLAN_HEAD = """# The plan file
+
+`cordicc compile` writes `plan.json`, complete enough to simulate and draw it, and to build the hardware from.
+`cordicc schema plan` prints the JSON Schema that this page is made of. `[]` stands for each member of a
+list, `*` for each name.
+
+| field | what it is |
+|---|---|
+"""
+
+
+def plan_page() -> str:
+    """Return the reference of the fields of a plan."""
+    text = files("cordicc").joinpath("schema/plan.schema.json").read_text(encoding="utf-8")
+    rows = [f"| `{field}` | {_plain(about)} |\n" for field, about in _fields(json.loads(text), "")]
+    return _PLAN_HEAD + "".join(dict.fromkeys(rows))
+
+
+def _fields(schema: Mapping[str, Any], path: str) -> Iterator[tuple[str, str]]:
+    """Yield the path of every field below a schema, and what the schema says of it."""
+    if path and "description" in schema:
+        yield path.removeprefix("."), schema["description"]
+    for name, inner in schema.get("properties", {}).items():
+        yield from _fields(inner, f"{path}.{name}")
+    if isinstance(schema.get("items"), dict):
+        yield from _fields(schema["items"], f"{path}[]")
+    if isinstance(schema.get("additionalProperties"), dict):
+        yield from _fields(schema["additionalProperties"], f"{path}.*")
+    for inner in schema.get("oneOf", []):
+        if inner.get("type") != "null":
+            yield from _fields(inner, path)
+
+
+def generated() -> dict[Path, str]:
     """Return the texts of everything that is generated, by path."""
-    return {DOCS / "diagnostics.md": diagnostics_page(), **gallery()}
+    return {DOCS / "diagnostics.md": diagnostics_page(), DOCS / "plan.md": plan_page(), **gallery()}
 
 
 def main() -> None:
     """Write what differs."""
-    for path, text in files().items():
+    for path, text in generated().items():
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")

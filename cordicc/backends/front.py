@@ -12,7 +12,13 @@ _WIDTH, _HEIGHT = 640, 360
 _LEFT, _TOP, _MARGIN = 84, 84, 20
 _SIDE = 18.0
 _SIZE = 9.0
-_SIGNS = ("M-5 -5h10v10h-10z", "M0 -6l6 6l-6 6l-6 -6z", "M0 -6l6 11h-12z", "M0 6l6 -11h-12z")
+_SIGNS = (
+    "M-5 -5h10v10h-10z",
+    "M0 -6l6 6l-6 6l-6 -6z",
+    "M0 -6l6 11h-12z",
+    "M0 6l6 -11h-12z",
+    "M-6 0a6 6 0 1 0 12 0a6 6 0 1 0 -12 0z",
+)
 
 
 @dataclass(frozen=True, slots=True)

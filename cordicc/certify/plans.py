@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.machine import Arithmetic
-from cordicc.certify.boxes import Boxes, Floats
+from cordicc.certify.boxes import Floats
 from cordicc.certify.certificate import Bound, certify
 from cordicc.certify.network import Network, network
-from cordicc.certify.predicates import OWN_BOUND, Predicate, inside, meets, singular
-from cordicc.certify.sweep import forward
+from cordicc.certify.predicates import OWN_BOUND, Predicate, singular
+from cordicc.certify.samples import inside, own_bounds
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
@@ -25,10 +26,10 @@ SAMPLES = 10_000
 
 _CHOOSING = 2_000
 
-EVERYWHERE = "every valid sample"
+OWN_SHARES = (0.5, 0.9, 0.99)
+"""Of the default samples: a plan states within which own bounds so many of them are."""
 
-_BLOCK_SAMPLES = 8192
-"""Samples judged at once: enough to hide the cost of a NumPy call, few enough to need little memory."""
+EVERYWHERE = "every valid sample"
 
 
 def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str, Bound]:
@@ -42,32 +43,45 @@ def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str
     chosen = {name: column[:_CHOOSING] for name, column in inputs.items()}
     arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
     valid = functional.run(plan, arithmetic, chosen)["valid"]
-    return certify(network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan")), chosen, valid, wanted)
+    return certify(network_of(plan), chosen, valid, wanted)
 
 
 def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
-    """Return an observed plan that states bounds, and of how many default samples they hold."""
+    """Return an observed plan that states bounds, and how default samples fare.
+
+    That is, for how many of them each bound holds, and which own bounds most of them have.
+    """
     inputs = sampling.draw(plan.problem, SAMPLES, 0)
     valid = functional.run(plan, Arithmetic.from_spec(plan.target["arithmetic"]), inputs)["valid"]
     kept = {name: column[valid] for name, column in inputs.items()}
-    net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
-    accuracy = {}
-    for name, figures in plan.accuracy.items():
-        bound = bounds[name]
-        share = float(inside(net, name, bound.where, kept).mean()) if valid.any() else 0.0
-        accuracy[name] = {**figures, **_spec(bound, share)}
+    net = network_of(plan)
+    held = inside(net, {name: bound.where for name, bound in bounds.items()}, kept)
+    own = own_bounds(net, list(bounds), kept)
+    accuracy = {
+        name: {**figures, **_spec(bounds[name], held[name], own[name])}
+        for name, figures in plan.accuracy.items()
+    }
     return replace(plan, accuracy=accuracy)
 
 
-def _spec(bound: Bound, share: float) -> dict[str, Any]:
+def network_of(plan: Plan) -> Network:
+    """Return the operations of a plan that holds its unit program."""
+    return network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
+
+
+def _spec(bound: Bound, held: NDArray[np.bool_], own: Floats) -> dict[str, Any]:
+    """Return what a plan records of a bound, given for which samples it holds and their own bounds."""
     if bound.value is None:
         return {"bound": None, "bound_reason": bound.reason}
+    ordered = np.sort(np.where(held, np.fmin(own, bound.value), own)).tolist()
+    least = {str(share): ordered[math.ceil(share * len(ordered)) - 1] for share in OWN_SHARES if ordered}
     return {
         "bound": {
             "value": bound.value,
             "where": " and ".join(p.text for p in bound.where) or EVERYWHERE,
             "conditions": [p.spec() for p in bound.where],
-            "share_of_samples": share,
+            "share_of_samples": float(held.mean()) if held.size else 0.0,
+            "own_bounds": {share: value if math.isfinite(value) else None for share, value in least.items()},
         }
     }
 
@@ -92,7 +106,7 @@ class StatedBounds:
         }
         if not stated:
             return None
-        net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
+        net = network_of(plan)
         conditions = {n: tuple(Predicate(**c) for c in bound["conditions"]) for n, bound in stated.items()}
         for name, wanted in conditions.items():
             possible = {step.id for step in net.upstream(name) if singular(step)}
@@ -106,13 +120,4 @@ class StatedBounds:
 
         `inputs` are samples that are valid in the equations and in the simulation, float64 of shape (n,).
         """
-        count = len(next(iter(inputs.values()))) if inputs else 1
-        found = {name: np.ones(count, dtype=bool) for name in self.values}
-        for begin in range(0, count if any(self.conditions.values()) else 0, _BLOCK_SAMPLES):
-            block = slice(begin, begin + _BLOCK_SAMPLES)
-            points = {name: Boxes(inputs[name][block], inputs[name][block]) for name in self.net.inputs}
-            made = forward(self.net, self.net.steps, points, {})
-            for name, conditions in self.conditions.items():
-                if conditions:
-                    found[name][block] = meets(self.net, name, conditions, made)
-        return found
+        return inside(self.net, self.conditions, inputs)

@@ -8,17 +8,16 @@ that the sample's own bound, from enclosures of this sample alone, is at most th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.models import CHOOSER
 from cordicc.certify.network import Network, Step
-from cordicc.certify.sweep import Forward, errors, forward
+from cordicc.certify.sweep import Forward, errors
 
 OWN_BOUND = "own bound"
 
@@ -66,7 +65,7 @@ def margin(step: Step, threshold: float) -> Predicate:
 
 def own_bound(threshold: float) -> Predicate:
     """Return the condition on the sample's own bound."""
-    return Predicate(OWN_BOUND, threshold, f"the bound of the sample itself <= {threshold:.6g}")
+    return Predicate(OWN_BOUND, threshold, f"the sample's own bound <= {threshold:.6g}")
 
 
 def singular(step: Step) -> bool:
@@ -76,14 +75,6 @@ def singular(step: Step) -> bool:
     if step.op == "flip":
         return step.operands[0] != step.operands[1]
     return step.op in ("vector", "lightcone", "implicit", "sign", "select")
-
-
-def inside(
-    net: Network, output: str, conditions: Sequence[Predicate], samples: Mapping[str, Floats]
-) -> NDArray[np.bool_]:
-    """Tell which samples, float64 of shape (n,) by input, meet the conditions of an output's bound."""
-    points = {name: Boxes(samples[name], samples[name]) for name in net.inputs}
-    return meets(net, output, conditions, forward(net, net.upstream(output), points, {}))
 
 
 def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> NDArray[np.bool_]:

@@ -14,6 +14,8 @@ from cordicc.emulate.histogram import Errors, angular, worst_first
 
 Floats = NDArray[np.float64]
 Rows = Iterator[Mapping[str, Floats]]
+Allowed = Callable[[Mapping[str, Floats]], Mapping[str, Floats]]
+"""Returns, of samples valid in both, by output the largest difference of each."""
 
 TOLERANCE = "tol_"
 """Before the name of an output: the column with the largest difference allowed, row by row."""
@@ -45,7 +47,7 @@ def check_golden(
     inputs: Rows,
     expected: Rows,
     angles: Mapping[str, bool],
-    allowed: Mapping[str, float],
+    allowed: Allowed,
     simulate: Callable[[Mapping[str, Floats]], Mapping[str, NDArray[Any]]],
     worst: int = 10,
 ) -> Verdict:
@@ -53,10 +55,10 @@ def check_golden(
 
     Args:
         inputs: parts of the inputs.
-        expected: parts of the same rows: every output, nan where the row is invalid; perhaps `valid`, 0
+        expected: parts of the same rows: outputs, nan where the row is invalid; perhaps `valid`, 0
             or 1, and `tol_<output>`.
-        angles: by output, whether differences count modulo 2 pi.
-        allowed: by output, the largest difference where a row has none of its own.
+        angles: by output compared, whether differences count modulo 2 pi.
+        allowed: the largest differences where a row has none of its own.
         simulate: runs the plan.
         worst: how many differences to list.
 
@@ -76,9 +78,11 @@ def check_golden(
             first_invalid = row + int(apart[0]) + 1
         validity += apart.size
         both = np.flatnonzero(ok & wanted)
+        limits = allowed({name: column[both] for name, column in part.items()})
         for name, is_angle in angles.items():
             error = angular(outputs[name][both] - answers[name][both], is_angle)
-            limit = np.broadcast_to(answers.get(TOLERANCE + name, np.float64(allowed[name])), ok.shape)[both]
+            tolerance = answers.get(TOLERANCE + name)
+            limit = limits[name] if tolerance is None else tolerance[both]
             differences[name].add(error, row + both)
             over = error > limit
             beyond[name] += int(over.sum())

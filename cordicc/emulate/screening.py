@@ -15,15 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.decimals import double_shift, nearest_double
-from cordicc.ir.graph import Graph, Param, Value
+from cordicc.ir.graph import Graph, Node, Param, Value
 
 Floats = NDArray[np.float64]
 
 
-def screen(graph: Graph, inputs: Mapping[str, Floats]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
+def screen(
+    graph: Graph,
+    inputs: Mapping[str, Floats],
+    broken: Callable[[Node, NDArray[np.bool_]], None] | None = None,
+) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Evaluate the outputs of a graph of equations on samples, float64 of shape (n,), in double precision.
 
-    Returns the outputs, and which samples have a value in every operation of the graph.
+    Returns the outputs, and which samples have a value in every operation of the graph.  `broken` is told
+    of each operation that is the first without a value, and for which samples.
     """
     count = len(next(iter(inputs.values()))) if inputs else 1
     values: dict[Value, Floats] = {}
@@ -38,7 +43,10 @@ def screen(graph: Graph, inputs: Mapping[str, Floats]) -> tuple[dict[str, Floats
                 made = _OPERATIONS[node.op](node.params, *(values[operand] for operand in node.operands))
             for result, column in enumerate(made if isinstance(made, tuple) else (made,)):
                 values[Value(index, result)] = column
-                defined &= np.isfinite(column)
+                finite = np.isfinite(column)
+                if broken is not None and (fresh := defined & ~finite).any():
+                    broken(node, fresh)
+                defined &= finite
     return {name: values[value] for name, value in graph.outputs.items()}, defined
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate.accuracy import Comparison, Observed
+from cordicc.emulate.causes import Cause, Causes
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import Judgement, Limits, Part
-from cordicc.emulate.screening import screen
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
 from cordicc.ir.reference import evaluate
@@ -45,7 +45,8 @@ class Report:
 
     `referenced` samples were compared in high precision, `screened` ones in double precision, which was
     at most `screening_error` from the reference, by output, where both were computed; None where none was.
-    `judgement` says how the plan's bounds fare, if it states any.
+    `judgement` says how the plan's bounds fare, if it states any.  `causes` say why samples have no value
+    in the equations, of how many that is so, and which is the first, from 0.
     """
 
     comparison: Comparison
@@ -55,6 +56,7 @@ class Report:
     screened: int
     screening_error: Mapping[str, float | None]
     judgement: Judgement | None
+    causes: tuple[tuple[Cause, int, int], ...]
 
 
 @dataclass(slots=True)
@@ -77,6 +79,10 @@ class _Tally:
     gaps: dict[str, float | None] = field(default_factory=dict)
     suspects: dict[str, list[tuple[float, int, dict[str, float], float]]] = field(default_factory=dict)
     known: dict[int, dict[str, float]] = field(default_factory=dict)
+    causes: Causes = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.causes = Causes(self.graph)
 
     def add(self, inputs: Samples, outputs: Outputs) -> None:
         """Compare a part of the run with the equations."""
@@ -89,7 +95,7 @@ class _Tally:
 
     def _compare(self, inputs: Samples, outputs: Outputs, precise: bool) -> None:
         simulated = outputs["valid"].astype(bool)
-        values, defined = screen(self.graph, inputs)
+        values, defined, broken = self.causes.screened(inputs)
         if precise:
             screened, screenable = values, defined
             values, defined = evaluate(self.graph, inputs)
@@ -98,6 +104,7 @@ class _Tally:
         else:
             self.screened += simulated.size
             defined = self._decide(inputs, defined, simulated)
+        self.causes.count(broken, ~defined, self.samples)
         both = defined & simulated
         numbers = self.samples + np.flatnonzero(both)
         errors = {n: angular(outputs[n][both] - values[n][both], a) for n, a in self.angles.items()}
@@ -190,7 +197,14 @@ class _Tally:
         counts = (self.samples, self.valid, self.lost, self.gained, self.lost_at)
         comparison = Comparison(observed, *counts)
         return Report(
-            comparison, self.errors, worst, self.referenced, self.screened, self.gaps, self.judgement
+            comparison,
+            self.errors,
+            worst,
+            self.referenced,
+            self.screened,
+            self.gaps,
+            self.judgement,
+            self.causes.listed(),
         )
 
 

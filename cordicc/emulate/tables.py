@@ -31,13 +31,14 @@ _MOST_PROBLEMS = 10
 class Columns(NamedTuple):
     """Which columns to read, what they are called in messages, and whether they may hold nan.
 
-    `optional` ones need not be there.
+    `optional` ones need not be there; if `some` of the wanted ones suffice, at least one.
     """
 
     wanted: Sequence[str]
     noun: str = "input"
     optional: Sequence[str] = ()
     nan: bool = False
+    some: bool = False
 
 
 class Table(NamedTuple):
@@ -133,15 +134,19 @@ def _choose(
     hint = None
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         hint = "fields are separated by commas"
+    if not set(header) & {*columns.wanted, *columns.optional} and all(map(_is_decimal, header)):
+        message, hint = "there is no header", "the first line names the columns: " + ",".join(columns.wanted)
+        raise InvalidInput([Diagnostic("E612", message, whole, hint, source=source)])
+    needed = [] if columns.some and set(header) & set(columns.wanted) else columns.wanted
     for name in (*columns.wanted, *columns.optional):
-        if header.count(name) > 1 or (name in columns.wanted and name not in header):
+        if header.count(name) > 1 or (name in needed and name not in header):
             what = "twice in the header" if name in header else "missing from the header"
             problems.append(
                 Diagnostic("E612", f"{columns.noun} '{name}' is {what}", whole, hint, source=source)
             )
     if problems:
         raise InvalidInput(problems)
-    names = (*columns.wanted, *(name for name in columns.optional if name in header))
+    names = tuple(name for name in (*columns.wanted, *columns.optional) if name in header)
     warnings = []
     if extra := [field for field in header if field not in names]:
         message = f"columns that are no {columns.noun} are ignored: " + ", ".join(extra)
@@ -215,6 +220,10 @@ def _decimal(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def _is_decimal(text: str) -> bool:
+    return _decimal(text) is not None
 
 
 def _read_npz(path: Path, columns: Columns, part: int) -> Table:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from vcd import VCDWriter
 from vcd.writer import Variable
 
+from cordicc.arith.fixed_point import FixedPoint
 from cordicc.arith.machine import Arithmetic
 from cordicc.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
@@ -72,7 +73,10 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
     cycles = plan.latency_cycles + (count - 1) * plan.initiation_interval + 1 if count else 0
     half_period, timescale = _time(plan.clock_hz)
     text = io.StringIO()
-    with VCDWriter(text, timescale=timescale, date="", version="cordicc", check_values=False) as writer:
+    about = _about_words(plan, arithmetic)
+    with VCDWriter(
+        text, timescale=timescale, date="", version="cordicc", comment=about, check_values=False
+    ) as writer:
         signals = _Signals(writer, plan, arithmetic, in_range)
         _check_size(len(signals.probes), cycles)
         ticking = signals.register((), "clk", 1)
@@ -86,6 +90,20 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
             writer.change(ticking, time + half_period, 0)
         writer.close(2 * half_period * cycles)
     return text.getvalue()
+
+
+def _about_words(plan: Plan, arithmetic: Arithmetic) -> str:
+    """Return what the words stand for, in words: their binary points if they are fixed."""
+    formats = Formats.of(plan, arithmetic)
+    points = {
+        name: format_.fraction_bits
+        for name, format_ in {**formats.values, **formats.outputs}.items()
+        if isinstance(format_, FixedPoint)
+    }
+    if not points:
+        return f"words: {arithmetic.system.spec()['kind']}"
+    listed = ", ".join(f"{name} {bits}" for name, bits in points.items())
+    return f"words: fixed point, two's complement; bits after the binary point: {listed}"
 
 
 def _check_size(signals: int, cycles: int) -> None:

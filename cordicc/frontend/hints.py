@@ -15,6 +15,11 @@ mm cm dm m km um nm inch inches ft s ms us min h Hz kHz g kg N Nm V A rad mrad r
 UNITS = frozenset(_UNIT_NAMES.split())
 """Units that are written after a number elsewhere."""
 
+_ROUNDING = ("floor", "ceil", "ceiling", "round", "trunc", "int", "mod", "fmod", "remainder", "rint")
+_WRITTEN_OUT = {"radians": "x*deg for x degrees", "deg2rad": "x*deg for x degrees",
+                "degrees": "x/deg for an angle in degrees", "rad2deg": "x/deg for an angle in degrees",
+                "cot": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)", "square": "x**2"}  # fmt: skip
+
 NO_CONDITIONALS = "conditionals are not supported; min, max, abs and sign often do instead"
 
 
@@ -22,7 +27,7 @@ def unit_hint(unit: str) -> str:
     """Return the hint for a unit written after a number."""
     if unit in ("rad", "radian", "radians"):
         return "angles are in radians: leave the unit out"
-    return "only a constant that is one number takes a unit, as in 'l1: 5 mm'; convert others by hand"
+    return "only a number that stands alone takes a unit, as in 'l1: 5 mm'; convert others by hand"
 
 
 def function_hint(name: str, functions: Iterable[str]) -> str:
@@ -30,6 +35,10 @@ def function_hint(name: str, functions: Iterable[str]) -> str:
     functions = list(functions)
     if name in KEYWORDS or name in ("ifelse", "select", "piecewise", "Piecewise"):
         return NO_CONDITIONALS
+    if name in _ROUNDING:
+        return "expressions are not rounded; atan2(sin(x), cos(x)) wraps an angle"
+    if name in _WRITTEN_OUT:
+        return f"write {_WRITTEN_OUT[name]}"
     aliases = {"ln": "log", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
                "Abs": "abs", "sgn": "sign", "power": "**", "pow": "**"}  # fmt: skip
     near = [aliases[name]] if name in aliases else get_close_matches(name, functions, 3, 0.5)

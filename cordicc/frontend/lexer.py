@@ -142,6 +142,7 @@ def _number(text: str, at: int) -> Fraction:
 def _foreign(text: str, at: int) -> ExpressionError:
     character = text[at]
     if character.isascii():
+        prefix = re.search(r"\b(?:np|numpy|math|sp|sympy|cmath)$", text[:at])
         if re.match(r"\.(inf|nan)\b", text[at : at + 5], re.IGNORECASE):
             return ExpressionError("E111", "the number is not finite", at, at + 4)
         hint = {
@@ -152,7 +153,7 @@ def _foreign(text: str, at: int) -> ExpressionError:
             "?": NO_CONDITIONALS,
             "'": "names are written without quotes",
             '"': "names are written without quotes",
-        }.get(character)
+        }.get(character, f"leave the prefix '{prefix[0]}.' out" if prefix else None)
         message = f"an expression cannot contain '{character}'"
         return ExpressionError("E110", message, at, at + 1, hint)
     name = unicodedata.name(character, "unnamed")

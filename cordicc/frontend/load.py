@@ -13,6 +13,7 @@ from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
 from cordicc.files import read_bytes
 from cordicc.frontend.alternatives import ALL, with_alternatives
 from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
+from cordicc.frontend.degrees import in_degrees
 from cordicc.frontend.equations import SPLIT, Defined, define_equations
 from cordicc.frontend.items import parse_equations
 from cordicc.frontend.lexer import MAX_NAME, ExpressionError
@@ -32,6 +33,7 @@ from cordicc.frontend.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, rea
 from cordicc.frontend.zero import ZeroTest
 from cordicc.ir.graph import Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
+from cordicc.plan import FORMAT
 
 KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
 MAX_DESCRIPTION = 10_000
@@ -135,6 +137,10 @@ class _Loader:
             hint = "it has the keys " + ", ".join(KEYS)
             self.report.error("E202", wanted("a problem file", "a mapping", root), root.span, hint)
             return None
+        if any(key.value == "format" and value.value == FORMAT for key, value in root.pairs):
+            hint = "cordicc simulate, explain, draw and diff take plans"
+            self.report.error("E202", "this is a plan, not a problem file", root.pairs[0][0].span, hint)
+            return None
         parts = check_keys(root, KEYS, self.report)
         name = self.read_name(parts.get("name"))
         description = parts.get("description")
@@ -154,9 +160,11 @@ class _Loader:
         if self.report.failed:
             return None
         self.warn_unused(defined, outputs, assumptions)
+        program = self.scope.builder.build(values)
+        self.warn_turns(program)
         return Problem(
             name, about.strip(), self.constants, tuple(self.inputs), tuple(defined.equations), outputs,
-            self.scope.builder.build(values), samples, assumptions.items, assumptions.graph,
+            program, samples, assumptions.items, assumptions.graph,
         )  # fmt: skip
 
     def read_name(self, node: YamlNode | None) -> str:
@@ -232,7 +240,7 @@ class _Loader:
             self.report.error("E211", message, span_node.span, "every input needs a closed range")
             return None
         lo, hi = (
-            read_constant(item, f"an end of the range of '{name}'", self.scope, self.places)
+            read_constant(item, f"an end of the range of '{name}'", self.scope, self.places, units=True)
             for item in span_node.items
         )
         if lo is None or hi is None:
@@ -307,6 +315,14 @@ class _Loader:
         else:
             check_on_box(assumptions, spans, self.inputs, self.report)
         return samples, assumptions
+
+    def warn_turns(self, program: Graph) -> None:
+        """Warn of angles whose ranges are in degrees, it seems."""
+        for spec in in_degrees(program, [s for s in self.inputs if s.unit is None]):
+            low, high = _shown(spec.lo), _shown(spec.hi)
+            message = f"the range of '{spec.name}' goes to {high if spec.hi > -spec.lo else low} radians"
+            hint = f"if these are degrees, write [{low}*deg, {high}*deg]"
+            self.report.warning("W106", message, self.input_spans[spec.name], hint)
 
     def warn_unused(
         self, defined: Defined, outputs: tuple[OutputSpec, ...], assumptions: Assumptions

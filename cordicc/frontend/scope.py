@@ -114,7 +114,8 @@ class Scope:
         if name == "valid":
             return "'valid' is made by the compiler and cannot be used in equations"
         known = [known for known in self.values if "." not in known]  # those of the compiler have a dot
-        return did_you_mean(name, [*known, *CONSTANT_NAMES])
+        near = did_you_mean(name, [*known, *CONSTANT_NAMES])
+        return near or "define it above, or list it under 'inputs' with its range, or under 'constants'"
 
     def _report_early(self, name: Name, text: Text, target: str | None) -> None:
         if any({name.name, target} <= cycle for cycle in self.cycles_reported):

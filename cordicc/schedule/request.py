@@ -99,7 +99,7 @@ def _check_processors(problem: SchedulingProblem, limit: int | None) -> None:
     if limit is None or least <= limit:
         return
     needs = ", ".join(
-        f"{count} {kind} operation{'s' * (count != 1)} need {problem.fewest(count)}"
+        f"{count} {kind} operation{'s need' if count != 1 else ' needs'} {problem.fewest(count)}"
         for kind, count in counts.items()
     )
     message = (

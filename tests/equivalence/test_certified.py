@@ -7,7 +7,7 @@ import pytest
 
 from cordicc.certify.network import network
 from cordicc.certify.plans import bounds_of
-from cordicc.certify.predicates import inside
+from cordicc.certify.samples import inside
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.observation import exact, machine_of
@@ -31,7 +31,7 @@ def test_no_sample_is_beyond_the_bound(name: str) -> None:
     values, defined = exact(plan.problem, points)
     for output, bound in bounds.items():
         assert bound.value is not None, bound.reason
-        held = inside(net, output, bound.where, points)
+        held = inside(net, {output: bound.where}, points)[output]
         assert held[: len(corpus[next(iter(corpus))])].mean() >= LEAST_SHARE
         error = np.abs(simulated[output] - values[output])
         if net.angles[output]:

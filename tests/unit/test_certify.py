@@ -19,8 +19,9 @@ from cordicc.certify.boxes import Boxes
 from cordicc.certify.models import local, margin_square
 from cordicc.certify.network import Constant, Step, network
 from cordicc.certify.plans import StatedBounds, bounds_of
-from cordicc.certify.predicates import OWN_BOUND, inside
+from cordicc.certify.predicates import OWN_BOUND
 from cordicc.certify.refine import Search, largest
+from cordicc.certify.samples import inside
 from cordicc.certify.sweep import errors, forward
 from cordicc.diagnostics import Unattainable
 from cordicc.emulate import functional, sampling
@@ -185,7 +186,9 @@ def test_no_input_of_a_small_format_is_beyond(tmp_path: Path) -> None:
     values, defined = exact(plan.problem, some)
     for output, bound in bounds.items():
         assert bound.value is not None, output
-        held = inside(network_of(plan), output, bound.where, some) & simulated["valid"][::7] & defined
+        held = (
+            inside(network_of(plan), {output: bound.where}, some)[output] & simulated["valid"][::7] & defined
+        )
         assert held.mean() > 0.9
         error = np.abs(simulated[output][::7] - values[output])[held]
         assert error.max() <= bound.value
@@ -215,7 +218,7 @@ def test_bounds_of_singular_outputs_say_where(tmp_path: Path) -> None:
     values, _ = exact(plan.problem, points)
     for output, bound in bounds.items():
         assert bound.where
-        held = inside(net, output, bound.where, points) & simulated["valid"]
+        held = inside(net, {output: bound.where}, points)[output] & simulated["valid"]
         assert not held[:50].any()
         assert held[50:].mean() > 0.98
         error = np.abs(simulated[output] - values[output])
@@ -232,7 +235,7 @@ def test_a_choice_at_a_switch_is_counted_or_excluded(tmp_path: Path) -> None:
     points = {"x": x, "y": np.clip(3 * x, 0.5, 1)}
     simulated = functional.run(plan, machine_of(plan), points)
     values, defined = exact(plan.problem, points)
-    held = inside(network_of(plan), "a", bound.where, points) & simulated["valid"] & defined
+    held = inside(network_of(plan), {"a": bound.where}, points)["a"] & simulated["valid"] & defined
     assert bound.value is not None
     assert np.abs(simulated["a"] - values["a"])[held].max() <= bound.value
 

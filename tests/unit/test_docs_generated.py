@@ -22,5 +22,5 @@ def generate() -> ModuleType:
 def test_generated_files_are_fresh(generate: ModuleType, request: pytest.FixtureRequest) -> None:
     if request.config.getoption("--update-golden"):
         generate.main()
-    for path, text in generate.files().items():
+    for path, text in generate.generated().items():
         assert path.read_text(encoding="utf-8") == text, f"run python docs/generate.py: {path.name} differs"

@@ -9,6 +9,7 @@ ROOT = Path(__file__).resolve().parents[2] / "cordicc"
 
 RANKS = [
     {"cli", "__main__"},
+    {"cli_compare"},
     {"cli_plans", "cli_schedule", "cli_simulate", "cli_study"},
     {"cli_common"},
     {"console"},

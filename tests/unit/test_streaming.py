@@ -282,7 +282,8 @@ def test_compare_counts_turns_and_validity(file: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("expected", "shown"),
     [
-        ("theta1\n1\n", "E612]: output 'theta2' is missing from the header"),
+        ("theta3,valid\n1,1\n", "E612]: output 'theta2' is missing from the header"),
+        ("1,2\n", "E612]: there is no header"),
         ("theta1,theta2\n1,2\n1,2\n", "E615]: there are only 1 rows of inputs"),
         ("theta1,theta2\n", "E615]: there are only 0 rows of expected outputs"),
         ("theta1,theta2\n1,x\n", "E614]: 'x' is not a decimal number"),
@@ -292,6 +293,79 @@ def test_golden_data_that_does_not_fit(file: Path, tmp_path: Path, expected: str
     result = golden(file, tmp_path, "x,y\n0.3,0.1\n", expected)
     assert result.exit_code == 2
     assert shown in result.stderr
+
+
+def test_compare_some_of_the_outputs(file: Path, tmp_path: Path) -> None:
+    (tmp_path / "in.csv").write_text("x,y\n0.3,0.1\n", encoding="utf-8")
+    made = run("simulate", file, "--inputs", tmp_path / "in.csv", "--outputs", "-").stdout.splitlines()
+    result = golden(file, tmp_path, "x,y\n0.3,0.1\n", "theta2\n" + made[1].split(",")[1] + "\n")
+    assert result.exit_code == 0
+    assert "not compared, since nothing is expected of them: theta1" in result.stdout
+
+
+EDGE = """\
+inputs: {x: [-0.8, 0.8], y: [-0.8, 0.8]}
+constants: {l1: 0.4, l2: 0.3}
+equations:
+  - r2 = x**2 + y**2
+  - solve: x*cos(t) + y*sin(t) = (r2 + l1**2 - l2**2) / (2*l1)
+    for: t
+    branch: "-"
+  - w = sqrt(x + 0.7)
+outputs: [t, w]
+"""
+
+
+@pytest.fixture(scope="module")
+def edge(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("edge")
+    (folder / "edge.yaml").write_text(EDGE, encoding="utf-8")
+    path = folder / "plan.json"
+    plan = cordicc.compile(folder / "edge.yaml", target="fixed24")
+    path.write_text(plan.to_json(), encoding="utf-8")
+    return path
+
+
+def test_causes_of_samples_without_value(edge: Path) -> None:
+    result = run("simulate", edge, "--random", 3000, "--json")
+    data = json.loads(result.stdout)
+    causes = {(each["equation"], each["reason"]): each for each in data["undefined"]}
+    assert set(causes) == {("t", "no solution"), ("w", "the root of a negative number")}
+    assert sum(each["samples"] for each in causes.values()) == 3000 - data["valid"]
+    assert min(each["first"] for each in causes.values()) < 10
+    assert "no solution in the equation of 't', first sample" in run("simulate", edge, "--random", 500).stdout
+
+
+def test_own_bounds_hold_sample_by_sample(edge: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.npz"
+    result = run("simulate", edge, "--random", 3000, "--own-bounds", "--outputs", out)
+    assert result.exit_code == 0, result.output
+    plan = cordicc.load_plan(edge)
+    samples = draw(plan.problem, 3000, 0)
+    values, defined = exact(plan.problem, samples)
+    with np.load(out) as made:
+        both = made["valid"] & defined
+        assert both.sum() > 1500
+        for name in ("t", "w"):
+            own = made[f"bound_{name}"]
+            assert np.isnan(own[~made["valid"]]).all()
+            error = np.abs(made[name] - values[name])
+            assert (np.minimum(error, np.abs(error - math.tau))[both] <= own[both]).all()
+            least = plan.accuracy[name]["bound"]["own_bounds"]
+            assert np.median(own[both]) == pytest.approx(least["0.5"], rel=0.1)
+            assert least["0.5"] <= least["0.9"] <= least["0.99"] <= plan.accuracy[name]["bound"]["value"]
+    assert run("simulate", edge, "--own-bounds").exit_code == 2
+
+
+def test_compare_allows_the_bound_where_it_holds(edge: Path, tmp_path: Path) -> None:
+    (tmp_path / "in.csv").write_text("x,y\n0.3,0.1\n", encoding="utf-8")
+    made = run("simulate", edge, "--inputs", tmp_path / "in.csv", "--outputs", "-").stdout.splitlines()[1]
+    bound = cordicc.load_plan(edge).accuracy["t"]["bound"]["value"]
+    for share, status in ((0.9, 0), (1.1, 1)):
+        expected = f"t\n{float(made.split(',')[0]) + share * bound!r}\n"
+        result = golden(edge, tmp_path, "x,y\n0.3,0.1\n", expected, "--json")
+        assert result.exit_code == status
+        assert json.loads(result.stdout)["outputs"]["t"]["allowed"] == bound
 
 
 def test_compare_excludes_other_sources(file: Path) -> None:

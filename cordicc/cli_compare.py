@@ -1,0 +1,129 @@
+"""What `cordicc simulate --compare` does: a user's own answers beside those of a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cordicc.certify.plans import StatedBounds
+from cordicc.cli_simulate import NUMBER_BYTES, Run, again, dumped, print_told
+from cordicc.emulate import golden
+from cordicc.emulate.streaming import Samples
+from cordicc.emulate.tables import Columns, read_table
+from cordicc.observation import angles_of
+from cordicc.plan import Plan
+from cordicc.sheet import Sheet
+from cordicc.summary import count
+
+_MARGIN = 2.0
+"""Times the largest error observed is allowed where no bound holds."""
+
+
+def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | None) -> int:
+    """Compare the outputs with expected ones, print the worst rows, return the exit status: 1 if any differs.
+
+    Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else the
+    plan's bound where it holds, elsewhere that or twice the largest error observed if this is more.
+    """
+    plan, angles = run.plan, angles_of(run.plan.problem)
+    table = read_table(inputs, Columns(run.inputs))
+    own = [golden.TOLERANCE + name for name in angles] if tolerance is None else []
+    optional = [*own, "valid"]
+    answers = read_table(expected, Columns(list(angles), "output", optional, nan=True, some=True))
+    run.tell([*table.warnings, *answers.warnings])
+    angles = {name: is_angle for name, is_angle in angles.items() if name in answers.names}
+    limits = {
+        name: _limit(plan, name) if tolerance is None else _Limit(tolerance, tolerance) for name in angles
+    }
+    first = next(table.parts)
+    simulate = run.simulator(first, inputs.stat().st_size // (NUMBER_BYTES * max(1, len(run.inputs))))
+    allowed = _allowed(plan, limits)
+    verdict = golden.check_golden(again(first, table.parts), answers.parts, angles, allowed, simulate)
+    stated = {n: None if golden.TOLERANCE + n in answers.names else limit for n, limit in limits.items()}
+    print_told((_verdict_json if run.as_json else _verdict_sheet)(plan, verdict, stated))
+    return 0 if verdict.agrees else 1
+
+
+class _Limit(NamedTuple):
+    """The largest difference allowed where the plan's bound holds, and elsewhere."""
+
+    inside: float
+    elsewhere: float
+
+
+def _limit(plan: Plan, output: str) -> _Limit:
+    record = plan.accuracy[output]
+    bound, usual = record["bound"], _MARGIN * float(record["observed"]["max"] or 0.0)
+    if bound is None:
+        return _Limit(usual, usual)
+    value = float(bound["value"])
+    return _Limit(value, max(value, usual) if bound["conditions"] else value)
+
+
+def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> golden.Allowed:
+    """Return what tells the largest differences allowed of samples."""
+    apart = any(limit.inside != limit.elsewhere for limit in limits.values())
+    stated = StatedBounds.of(plan) if apart else None
+
+    def allowed(samples: Samples) -> dict[str, Any]:
+        held = {} if stated is None else stated.inside(samples)
+        shape = next(iter(samples.values())).shape
+        return {
+            name: np.where(held.get(name, np.ones(shape, dtype=bool)), limit.inside, limit.elsewhere)
+            for name, limit in limits.items()
+        }
+
+    return allowed
+
+
+def _verdict_sheet(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Limit | None]) -> Sheet:
+    agrees = "as expected" if verdict.agrees else "not as expected"
+    title = f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"
+    lines = []
+    if verdict.validity:
+        rows = count(verdict.validity, "row")
+        lines.append(f"  {rows} valid in one alone, first row {verdict.first_invalid}")
+    angles = angles_of(plan.problem)
+    for name, errors in verdict.differences.items():
+        unit = " rad" if angles[name] else ""
+        limit = limits[name]
+        may = "its column" if limit is None else f"{limit.inside:.3g}{unit}"
+        if limit is not None and limit.elsewhere != limit.inside:
+            may += f" where the bound holds, elsewhere {limit.elsewhere:.3g}{unit}"
+        seen = "-" if errors.largest is None else f"{errors.largest:.3g}{unit}"
+        lines.append(
+            f"  {name}: largest difference {seen}, allowed {may}, {count(verdict.beyond[name], 'row')} beyond"
+        )
+    if missing := [name for name in plan.outputs if name not in limits]:
+        lines.append(f"  not compared, since nothing is expected of them: {', '.join(missing)}")
+    for row, name, simulated, expected, allowed in verdict.wrong:
+        lines.append(f"  row {row}, {name}: {simulated!r} instead of {expected!r}, allowed {allowed:.3g}")
+    return Sheet(title, tuple(lines))
+
+
+def _verdict_json(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Limit | None]) -> str:
+    keys = ("row", "output", "simulated", "expected", "allowed")
+    outputs = {
+        name: {
+            "largest": errors.largest,
+            "rms": errors.rms,
+            "allowed": None if (limit := limits[name]) is None else limit.inside,
+            "allowed_elsewhere": None if limit is None else limit.elsewhere,
+            "beyond": verdict.beyond[name],
+        }
+        for name, errors in verdict.differences.items()
+    }
+    return dumped(
+        {
+            "name": plan.name,
+            "target": plan.target["name"],
+            "rows": verdict.rows,
+            "agrees": verdict.agrees,
+            "validity_differs": verdict.validity,
+            "outputs": outputs,
+            "wrong": [dict(zip(keys, line, strict=True)) for line in verdict.wrong],
+        }
+    )
