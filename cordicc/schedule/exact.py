@@ -33,6 +33,8 @@ _SEARCHES = ("core", "max_lp", "default_lp")
 """Of the solver's strategies those that prove most here; one more worker improves the best schedule."""
 _WORD_SEARCHES = {"core": 0.6, "lb_tree_search": 0.4}
 """The strategies for FIFO words, and their shares of the deterministic time."""
+_PROOF = 2.0
+"""Times the deterministic time goes to these: as long by the clock as small programs, made and solved."""
 _SHORT = 2
 """Interval up to which the linear relaxation proves most of the words."""
 _BRIEF = 1.0
@@ -159,7 +161,8 @@ def _below(program: Program, clock: Clock, floor: int) -> Answer:
         order = [(order[0][0], 1.0)]
     best: Answer | None = None
     for strategy, share in order:
-        answer = _answer(program, clock.solver(clock.work.deterministic * share, (strategy,)), clock, floor)
+        solver = clock.solver(clock.work.deterministic * _PROOF * share, (strategy,))
+        answer = _answer(program, solver, clock, floor)
         if answer.proven:
             return answer
         floor = max(floor, answer.bound)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ortools.sat.python import cp_model
 
 _SEED = 1
-_LEAST_SIZE, _MOST_SIZE = 20, 60
-_EACH = 0.4
+_LEAST_SIZE, _MOST_SIZE = 12, 60
+_EACH = 0.1
 """Deterministic time for a neighbourhood, at most."""
 _OVERHEAD = 0.02
 """Deterministic time that building the program of a neighbourhood counts as."""

@@ -341,7 +341,7 @@ def test_own_bounds_hold_sample_by_sample(edge: Path, tmp_path: Path) -> None:
     result = run("simulate", edge, "--random", 3000, "--own-bounds", "--outputs", out)
     assert result.exit_code == 0, result.output
     plan = cordicc.load_plan(edge)
-    samples = draw(plan.problem, 3000, 0)
+    samples = sampling.draw(plan.problem, 3000, 0)
     values, defined = exact(plan.problem, samples)
     with np.load(out) as made:
         both = made["valid"] & defined
