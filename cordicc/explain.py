@@ -231,6 +231,8 @@ def _bound(figures: Mapping[str, Any], unit: str) -> str:
     bound = figures["bound"]
     if bound is not None:
         share = f", {percent(bound['share_of_samples'])} of the samples" if bound.get("conditions") else ""
-        return f"proven at most {bound['value']:.3g}{unit} for {bound['where']}{share}"
+        own = (bound.get("own_bounds") or {}).get("0.99")
+        most = "" if own is None else f"; 99 % of the samples are proven to be within {own:.3g}{unit}"
+        return f"proven at most {bound['value']:.3g}{unit} for {bound['where']}{share}{most}"
     reason = figures.get("bound_reason")
     return f"no bound: {reason}" if reason else "no bound derived (compile --certify derives one)"

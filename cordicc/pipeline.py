@@ -129,10 +129,10 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     _check_size(loaded)
     target = load_target(options.target)
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
+    request = _Request(path, loaded, target, replace(options, limits=limits), watch, enter)
     refused: list[Unattainable] = []
-    for goal in _goals(options.limits):
-        plans = _plans(path, loaded, target, replace(options, limits=limits), goal, refused, watch, enter)
-        if plans:
+    for goal in _goals(limits):
+        if plans := _plans(request, goal, refused):
             break
     else:
         raise _nearest(refused)
@@ -155,34 +155,39 @@ def _nearest(refused: Sequence[Unattainable]) -> Unattainable:
     return min(missed, key=lambda error: error.least) if missed else refused[0]
 
 
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """What is compiled, for what, and who watches."""
+
+    path: Path
+    loaded: LoadedProblem
+    target: Target
+    options: Options
+    watch: Watch | None
+    enter: Enter
+
+
 def _plans(
-    path: Path,
-    loaded: LoadedProblem,
-    target: Target,
-    options: Options,
-    goal: str,
-    refused: list[Unattainable],
-    watch: Watch | None,
-    enter: Enter,
+    request: _Request, goal: str, refused: list[Unattainable]
 ) -> list[tuple[Plan, tuple[Diagnostic, ...]]]:
     """Return plans with operations chosen for a goal; why others cannot be is added to `refused`."""
-    plans = []
+    options, plans = request.options, []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
-    for implicit in _implicit_choices(options, target):
-        enter("choosing operations")
+    for implicit in _implicit_choices(options, request.target):
+        request.enter("choosing operations")
         choice = rewrite(
-            loaded.problem,
-            target,
+            request.loaded.problem,
+            request.target,
             implicit=implicit,
             preferred=options.units == "implicit",
             goal=goal,
             effort=options.effort,
-            watch=watch,
+            watch=request.watch,
         )
-        enter("choosing formats and a schedule")
+        request.enter("choosing formats and a schedule")
         # Scheduling sees unit operations with their latencies only.
         try:
-            unplaced, warnings = _assembled(path, loaded, choice, target, options)
+            unplaced, warnings = _assembled(request, choice)
             plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
         except (TooInaccurate, OutOfLimits) as error:
             refused.append(error)
@@ -204,11 +209,10 @@ def _check_size(loaded: LoadedProblem) -> None:
         raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
 
 
-def _assembled(
-    path: Path, loaded: LoadedProblem, choice: Choice, target: Target, options: Options
-) -> tuple[Plan, tuple[Diagnostic, ...]]:
+def _assembled(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan; on fixed point with a binary point for every value."""
-    recorded = _recorded(path, options)
+    loaded, target, options = request.loaded, request.target, request.options
+    recorded = _recorded(request.path, options)
     selection = Selection(choice.searched, choice.proven, choice.facts)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
