@@ -16,6 +16,7 @@ from cordicc.certify.certificate import Bound, certify
 from cordicc.certify.network import Network, network
 from cordicc.certify.predicates import OWN_BOUND, Predicate, singular
 from cordicc.certify.samples import inside, own_bounds
+from cordicc.certify.twins import twins
 from cordicc.emulate import functional, sampling
 from cordicc.ir.text import parse_graph
 from cordicc.plan import Plan
@@ -43,7 +44,12 @@ def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str
     chosen = {name: column[:_CHOOSING] for name, column in inputs.items()}
     arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
     valid = functional.run(plan, arithmetic, chosen)["valid"]
-    return certify(network_of(plan), chosen, valid, wanted)
+    net = network_of(plan)
+    alike = twins(net, wanted or {})
+    part = alike.representatives(net)
+    allowed = {name: bound for name, bound in (wanted or {}).items() if name in part.outputs}
+    proven = certify(part, {name: chosen[name] for name in part.inputs}, valid, allowed)
+    return {output: alike.bound(output, proven) for output in net.outputs}
 
 
 def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:

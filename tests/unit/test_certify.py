@@ -23,6 +23,7 @@ from cordicc.certify.predicates import OWN_BOUND
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.samples import inside
 from cordicc.certify.sweep import errors, forward
+from cordicc.certify.twins import twins
 from cordicc.diagnostics import Unattainable
 from cordicc.emulate import functional, sampling
 from cordicc.emulate.climb import climb, climbing
@@ -392,3 +393,20 @@ def test_conditions_are_met_by_what_is_wanted(tmp_path: Path) -> None:
     assert bound.value is not None
     assert bound.value <= 1e-4
     assert {p.kind for p in bound.where} <= {OWN_BOUND, "norm"}
+
+
+def test_twins_share_a_proof(tmp_path: Path) -> None:
+    (tmp_path / "legs.yaml").write_text(SINGULAR, encoding="utf-8")
+    plan = plan_file(tmp_path / "legs.yaml", Options("fixed24", copies=2)).plan
+    net, bounds = network_of(plan), bounds_of(plan)
+    alike = twins(net, {})
+    assert len(alike.representatives(net).steps) < len(net.steps)
+    assert twins(net, {"b_2": 1e-5}).of["b_2"] == "b_2"
+    for name in ("a", "b"):
+        first, second = bounds[f"{name}_1"], bounds[f"{name}_2"]
+        assert alike.of[f"{name}_2"] == f"{name}_1"
+        assert first.value == second.value is not None
+        assert [p.threshold for p in first.where] == [p.threshold for p in second.where]
+        margins = [p for p in second.where if p.kind != OWN_BOUND]
+        assert {p.operation for p in margins} <= {step.id for step in net.upstream(f"{name}_2")}
+        assert all("y_2" in p.text and "y_1" not in p.text for p in margins)
