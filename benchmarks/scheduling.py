@@ -28,15 +28,13 @@ from cordicc.schedule.engine import Effort, solve
 from cordicc.schedule.goals import FIFO_WORDS, LATENCY
 from cordicc.schedule.modulo_list import list_schedule
 from cordicc.schedule.network import network
-from cordicc.schedule.place import place
+from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.problem import SchedulingProblem, Task, Value
-from cordicc.schedule.request import Limits
+from cordicc.schedule.request import MULTIPLIERS, PROCESSORS, Limits
 from cordicc.schedule.verify import verify
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERVALS = (1, 2, 4, 8, 16)
-_NO_WORDS = 1e-3
-"""Work on FIFO words that is next to none: what is left is the time for processors and latency."""
 LATENCIES = {"standard": 44, "implicit": 48, "mul": 4}
 
 
@@ -81,7 +79,7 @@ def corpus(words: float) -> None:
         base = plan_file(path, Options()).plan
         for interval in INTERVALS:
             began = time.perf_counter()
-            place(base, Limits(initiation_interval=interval, effort=Effort(words=_NO_WORDS)))
+            solve(scheduling_problem(base, interval), [PROCESSORS, MULTIPLIERS, LATENCY])
             between = time.perf_counter()
             plan = place(base, Limits(initiation_interval=interval, effort=Effort(words=words)))
             first, seconds = between - began, time.perf_counter() - between

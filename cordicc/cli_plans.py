@@ -60,8 +60,16 @@ def diff(ctx: click.Context, first: Path, second: Path, as_json: bool) -> None:
     if as_json:
         click.echo(plan_diff.as_json(found), nl=False)
     else:
-        show(plan_diff.as_sheet(*plans, found, (str(first), str(second))))
+        show(plan_diff.as_sheet(*plans, found, _told_apart(first, second)))
     ctx.exit(1 if found else 0)
+
+
+def _told_apart(first: Path, second: Path) -> tuple[str, str]:
+    """Return short names of two plans, of their folders or files if these differ."""
+    names = [
+        path.resolve().parent.name if path.name == "plan.json" else path.stem for path in (first, second)
+    ]
+    return (names[0], names[1]) if names[0] != names[1] and all(names) else ("first", "second")
 
 
 @click.command()

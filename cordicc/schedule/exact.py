@@ -154,14 +154,14 @@ def _answer(program: Program, solver: cp_model.CpSolver, clock: Clock, floor: in
 
 def _below(program: Program, clock: Clock, floor: int) -> Answer:
     """Return what the strategies prove that bound FIFO words from below, one after the other."""
-    order = list(_WORD_SEARCHES.items())
+    order = [(strategy, _PROOF * share) for strategy, share in _WORD_SEARCHES.items()]
     if program.net.interval <= _SHORT:
         order.reverse()
     if clock.work.deterministic <= _BRIEF:
         order = [(order[0][0], 1.0)]
     best: Answer | None = None
     for strategy, share in order:
-        solver = clock.solver(clock.work.deterministic * _PROOF * share, (strategy,))
+        solver = clock.solver(clock.work.deterministic * share, (strategy,))
         answer = _answer(program, solver, clock, floor)
         if answer.proven:
             return answer
