@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from cordicc import __version__
-from cordicc.cli_common import COPIES, FILE, hertz, plan_or_problem, write_or_print
+from cordicc.cli_common import COPIES, FILE, finite, hertz, plan_or_problem, write_or_print
 from cordicc.cli_plans import diff, explain, schema
 from cordicc.cli_schedule import Seconds, explore, schedule
 from cordicc.cli_study import sequences, trace
@@ -195,8 +195,9 @@ def compile_command(
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),
-    help="Largest difference that --compare allows.  [default: columns tol_<output>, else the plan's bound; "
-    "where there is none, twice the largest error observed]",
+    callback=finite,
+    help="Largest difference that --compare allows.  [default: columns tol_<output>, else what is proven of "
+    "the row; where nothing is, twice the largest error observed]",
 )
 @click.option(
     "--reference",

@@ -38,6 +38,13 @@ def hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> float
     return rate
 
 
+def finite(ctx: click.Context, param: click.Parameter, number: float | None) -> float | None:
+    """Return the number of an option; raise BadParameter for one that is not finite."""
+    if number is not None and not math.isfinite(number):
+        raise click.BadParameter(f"{number} is not a finite number", ctx, param)
+    return number
+
+
 COPIES = click.option(
     "--copies",
     type=click.IntRange(1, 64),

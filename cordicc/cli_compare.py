@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cordicc.certify.plans import StatedBounds
+from cordicc.certify.samples import own_bounds
 from cordicc.cli_simulate import NUMBER_BYTES, Run, again, dumped, print_told
+from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import golden
 from cordicc.emulate.streaming import Samples
 from cordicc.emulate.tables import Columns, read_table
@@ -25,8 +27,9 @@ _MARGIN = 2.0
 def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | None) -> int:
     """Compare the outputs with expected ones, print the worst rows, return the exit status: 1 if any differs.
 
-    Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else the
-    plan's bound where it holds, elsewhere that or twice the largest error observed if this is more.
+    Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else what is
+    proven of the row: the plan's bound where it holds, or the row's own if that is less; where neither is
+    there, twice the largest error observed.
     """
     plan, angles = run.plan, angles_of(run.plan.problem)
     table = read_table(inputs, Columns(run.inputs))
@@ -34,10 +37,9 @@ def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | No
     optional = [*own, "valid"]
     answers = read_table(expected, Columns(list(angles), "output", optional, nan=True, some=True))
     run.tell([*table.warnings, *answers.warnings])
+    _require_outputs(answers.names, own)
     angles = {name: is_angle for name, is_angle in angles.items() if name in answers.names}
-    limits = {
-        name: _limit(plan, name) if tolerance is None else _Limit(tolerance, tolerance) for name in angles
-    }
+    limits = {name: _limit(plan, name) if tolerance is None else _Limit(None, tolerance) for name in angles}
     first = next(table.parts)
     simulate = run.simulator(first, inputs.stat().st_size // (NUMBER_BYTES * max(1, len(run.inputs))))
     allowed = _allowed(plan, limits)
@@ -47,34 +49,45 @@ def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | No
     return 0 if verdict.agrees else 1
 
 
-class _Limit(NamedTuple):
-    """The largest difference allowed where the plan's bound holds, and elsewhere."""
+def _require_outputs(names: Sequence[str], tolerances: Sequence[str]) -> None:
+    """Raise InvalidInput for a tolerance of an output of which nothing is expected."""
+    for column in tolerances:
+        output = column.removeprefix(golden.TOLERANCE)
+        if column in names and output not in names:
+            message = f"output '{output}' is missing from the header, but '{column}' is there"
+            raise InvalidInput([Diagnostic("E612", message)])
 
-    inside: float
+
+class _Limit(NamedTuple):
+    """The largest difference allowed where a bound is proven, None if none is stated, and elsewhere."""
+
+    proven: float | None
     elsewhere: float
 
 
 def _limit(plan: Plan, output: str) -> _Limit:
-    record = plan.accuracy[output]
-    bound, usual = record["bound"], _MARGIN * float(record["observed"]["max"] or 0.0)
-    if bound is None:
-        return _Limit(usual, usual)
-    value = float(bound["value"])
-    return _Limit(value, max(value, usual) if bound["conditions"] else value)
+    record = plan.accuracy.get(output) or {}
+    bound, seen = record.get("bound"), record.get("observed") or {}
+    usual = _MARGIN * float(seen.get("max") or 0.0)
+    if bound is None or "conditions" not in bound:
+        return _Limit(None, usual)
+    return _Limit(float(bound["value"]), usual)
 
 
 def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> golden.Allowed:
     """Return what tells the largest differences allowed of samples."""
-    apart = any(limit.inside != limit.elsewhere for limit in limits.values())
-    stated = StatedBounds.of(plan) if apart else None
+    proven = {name: limit.proven for name, limit in limits.items() if limit.proven is not None}
+    stated = StatedBounds.of(plan) if proven else None
 
     def allowed(samples: Samples) -> dict[str, Any]:
-        held = {} if stated is None else stated.inside(samples)
         shape = next(iter(samples.values())).shape
-        return {
-            name: np.where(held.get(name, np.ones(shape, dtype=bool)), limit.inside, limit.elsewhere)
-            for name, limit in limits.items()
-        }
+        found: dict[str, Any] = {name: np.full(shape, limit.elsewhere) for name, limit in limits.items()}
+        if stated is not None:
+            held, own = stated.inside(samples), own_bounds(stated.net, list(proven), samples)
+            for name, value in proven.items():
+                least = np.fmin(np.where(held[name], value, np.inf), own[name])
+                found[name] = np.where(np.isfinite(least), least, found[name])
+        return found
 
     return allowed
 
@@ -90,9 +103,9 @@ def _verdict_sheet(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Li
     for name, errors in verdict.differences.items():
         unit = " rad" if angles[name] else ""
         limit = limits[name]
-        may = "its column" if limit is None else f"{limit.inside:.3g}{unit}"
-        if limit is not None and limit.elsewhere != limit.inside:
-            may += f" where the bound holds, elsewhere {limit.elsewhere:.3g}{unit}"
+        may = "its column" if limit is None else f"{limit.elsewhere:.3g}{unit}"
+        if limit is not None and limit.proven is not None:
+            may = f"the bound of the row, {limit.proven:.3g}{unit} or less"
         seen = "-" if errors.largest is None else f"{errors.largest:.3g}{unit}"
         lines.append(
             f"  {name}: largest difference {seen}, allowed {may}, {count(verdict.beyond[name], 'row')} beyond"
@@ -104,14 +117,20 @@ def _verdict_sheet(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Li
     return Sheet(title, tuple(lines))
 
 
+def _stated(limit: _Limit | None) -> float | None:
+    """Return the largest difference allowed in any row, as far as one number says it; None for a column."""
+    if limit is None:
+        return None
+    return limit.elsewhere if limit.proven is None else limit.proven
+
+
 def _verdict_json(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Limit | None]) -> str:
     keys = ("row", "output", "simulated", "expected", "allowed")
     outputs = {
         name: {
             "largest": errors.largest,
             "rms": errors.rms,
-            "allowed": None if (limit := limits[name]) is None else limit.inside,
-            "allowed_elsewhere": None if limit is None else limit.elsewhere,
+            "allowed": _stated(limits[name]),
             "beyond": verdict.beyond[name],
         }
         for name, errors in verdict.differences.items()
@@ -121,6 +140,7 @@ def _verdict_json(plan: Plan, verdict: golden.Verdict, limits: Mapping[str, _Lim
             "name": plan.name,
             "target": plan.target["name"],
             "rows": verdict.rows,
+            "not_compared": [name for name in plan.outputs if name not in limits],
             "agrees": verdict.agrees,
             "validity_differs": verdict.validity,
             "outputs": outputs,

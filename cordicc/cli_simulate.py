@@ -17,7 +17,7 @@ from cordicc.arith.intervals import Interval
 from cordicc.certify.plans import StatedBounds, network_of
 from cordicc.certify.samples import own_bounds
 from cordicc.console import Progress, show
-from cordicc.diagnostics import Diagnostic
+from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
@@ -57,7 +57,13 @@ class Run(NamedTuple):
     @property
     def columns(self) -> list[str]:
         """Return the names of the columns that are written, but for `valid`."""
-        return [*self.plan.outputs, *(BOUND + name for name in self.plan.outputs if self.own_bounds)]
+        outputs = list(self.plan.outputs)
+        if not self.own_bounds:
+            return outputs
+        if twice := [name for name in outputs if name.startswith(BOUND) and name[len(BOUND) :] in outputs]:
+            message = f"output '{twice[0]}' has the name of a column of --own-bounds"
+            raise InvalidInput([Diagnostic("E612", message, hint="rename the output")])
+        return [*outputs, *(BOUND + name for name in outputs)]
 
     def simulator(self, first: Samples, total: int) -> Callable[[Samples], dict[str, Any]]:
         """Return what runs a part, fit for about `total` samples of which `first` are the first."""
@@ -107,18 +113,17 @@ def run_samples(
     with ExitStack() as stack:
         stack.callback(progress.done)
         take = _sink(outputs, run.columns, stack)
-        if run.own_bounds:
-            simulate = _with_own_bounds(plan, simulate)
+        each = _with_own_bounds(plan, simulate) if run.own_bounds else simulate
         stream = again(first, parts)
         if reference.samples is None:
-            told: str | Sheet = _only_run(run, stream, simulate, take, progress)
+            told: str | Sheet = _only_run(run, stream, each, take, progress)
             beyond: list[Diagnostic] = []
         else:
             graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
             precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
             limits = None if stated is None else Limits(stated.values, stated.inside)
-            report = run_parts(graph, angles, stream, simulate, take, progress.reached, precise, limits)
+            report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
             told = (
@@ -132,8 +137,15 @@ def run_samples(
 def _with_own_bounds(
     plan: Plan, simulate: Callable[[Samples], dict[str, Any]]
 ) -> Callable[[Samples], dict[str, Any]]:
-    """Return what runs a plan and bounds the error of each sample, nan where it is invalid."""
-    net = network_of(plan)
+    """Return what runs a plan and bounds the error of each sample, nan where it is invalid.
+
+    Raises InvalidInput for a plan without the operations that a proof needs, or with those of another.
+    """
+    try:
+        net = network_of(plan)
+    except (AssertionError, LookupError, ValueError):
+        message = "the plan has no unit program of its operations, without which nothing can be proven"
+        raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
 
     def run(samples: Samples) -> dict[str, Any]:
         outputs = simulate(samples)

@@ -104,7 +104,7 @@ CODES: dict[str, str] = {
     "W103": "an input is not used",
     "W104": "a setting has no effect",
     "W105": "the YAML reader had a remark",
-    "W106": "a unit that is not the one of the values",
+    "W106": "a unit that is not the one of the values, or a range that seems to be in degrees",
     "W107": "a value that seems to be zero is too large for a proof",
     "W108": "an assumption is not checked",
     "W320": "some inputs are outside the domain",

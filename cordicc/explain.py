@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cordicc.backends.formulas import Formulas
-from cordicc.backends.labels import percent
+from cordicc.backends.labels import MOST, most_within, percent
 from cordicc.backends.recognition import Recognised, recognised
 from cordicc.plan import Operation, Plan
 from cordicc.sheet import Block, Facts, Heading, Sheet
@@ -217,8 +217,11 @@ def _words(plan: Plan, formulas: Formulas) -> str:
 def _accuracy(plan: Plan) -> Iterator[tuple[str, str]]:
     for output in plan.problem["outputs"]:
         name, unit = str(output["name"]), " rad" if output["angle"] else ""
-        figures = plan.accuracy[name]
-        yield name, f"{_seen(figures['observed'], unit)}; {_bound(figures, unit)}"
+        figures = plan.accuracy.get(name)
+        if figures is None:
+            yield name, "not measured"
+        else:
+            yield name, f"{_seen(figures['observed'], unit)}; {_bound(figures, unit)}"
 
 
 def _seen(seen: Mapping[str, Any], unit: str) -> str:
@@ -231,8 +234,8 @@ def _bound(figures: Mapping[str, Any], unit: str) -> str:
     bound = figures["bound"]
     if bound is not None:
         share = f", {percent(bound['share_of_samples'])} of the samples" if bound.get("conditions") else ""
-        own = (bound.get("own_bounds") or {}).get("0.99")
-        most = "" if own is None else f"; 99 % of the samples are proven to be within {own:.3g}{unit}"
+        own = most_within(bound)
+        most = "" if own is None else f"; {MOST} of the valid samples are proven to be within {own:.3g}{unit}"
         return f"proven at most {bound['value']:.3g}{unit} for {bound['where']}{share}{most}"
     reason = figures.get("bound_reason")
     return f"no bound: {reason}" if reason else "no bound derived (compile --certify derives one)"

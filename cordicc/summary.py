@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cordicc.backends.labels import percent
+from cordicc.backends.labels import MOST, most_within, percent
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.judging import Judged
 from cordicc.plan import Plan
@@ -102,12 +102,9 @@ def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
 
 _ACCURACY = ("output", "largest error", "rms error", "bound")
 
-_MOST = "0.99"
-"""The share of samples whose own bounds are shown."""
-
 
 def _accuracy(plan: Plan) -> Table:
-    any_bound = any((figures["bound"] or {}).get("own_bounds") for figures in plan.accuracy.values())
+    any_bound = any(most_within(figures["bound"]) is not None for figures in plan.accuracy.values())
     rows: list[tuple[str, ...]] = []
     for output in plan.problem["outputs"]:
         figures = plan.accuracy[output["name"]]
@@ -115,10 +112,8 @@ def _accuracy(plan: Plan) -> Table:
         seen = figures["observed"]
         bound = figures["bound"]
         row = (output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), _bound(bound, unit))
-        rows.append(
-            (*row, _figure(bound["own_bounds"].get(_MOST), unit) if bound else "-") if any_bound else row
-        )
-    header = (*_ACCURACY, f"{percent(float(_MOST))} within") if any_bound else _ACCURACY
+        rows.append((*row, _figure(most_within(bound), unit)) if any_bound else row)
+    header = (*_ACCURACY, f"{MOST} proven within") if any_bound else _ACCURACY
     return Table(header, tuple(rows))
 
 

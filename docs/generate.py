@@ -121,8 +121,13 @@ list, `*` for each name.
 def plan_page() -> str:
     """Return the reference of the fields of a plan."""
     text = files("cordicc").joinpath("schema/plan.schema.json").read_text(encoding="utf-8")
-    rows = [f"| `{field}` | {_plain(about)} |\n" for field, about in _fields(json.loads(text), "")]
+    rows = [f"| `{field}` | {_with_code(about)} |\n" for field, about in _fields(json.loads(text), "")]
     return _PLAN_HEAD + "".join(dict.fromkeys(rows))
+
+
+def _with_code(text: str) -> str:
+    """Return a text as `_plain` does, but for what is between backticks."""
+    return "`".join(part if at % 2 else _plain(part) for at, part in enumerate(text.split("`")))
 
 
 def _fields(schema: Mapping[str, Any], path: str) -> Iterator[tuple[str, str]]:
@@ -136,8 +141,7 @@ def _fields(schema: Mapping[str, Any], path: str) -> Iterator[tuple[str, str]]:
     if isinstance(schema.get("additionalProperties"), dict):
         yield from _fields(schema["additionalProperties"], f"{path}.*")
     for inner in schema.get("oneOf", []):
-        if inner.get("type") != "null":
-            yield from _fields(inner, path)
+        yield from _fields({key: value for key, value in inner.items() if key != "description"}, path)
 
 
 def generated() -> dict[Path, str]:

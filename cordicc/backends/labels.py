@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
 from cordicc.backends.palette import LOOKS
 from cordicc.plan import Fifo, Operand, Operation, Plan
@@ -30,6 +32,16 @@ def plain_kind(kind: str) -> str:
 def percent(share: float) -> str:
     """Return a share in hundredths of a percent, rounded down: not quite all is never called all."""
     return f"{math.floor(1e4 * share) / 100:g} %"
+
+
+MOST = "99 %"
+"""The share of valid samples whose own bounds are shown."""
+
+
+def most_within(bound: Mapping[str, Any] | None) -> float | None:
+    """Return the bound within which the own bounds of so many samples are, if a plan states one."""
+    within: float | None = ((bound or {}).get("own_bounds") or {}).get("0.99")
+    return within
 
 
 def constant(text: str) -> str:

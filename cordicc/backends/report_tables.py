@@ -126,8 +126,8 @@ def _accuracy(name: str, record: Any, unit: str) -> Accuracy:
     where, share = bound.get("where"), bound.get("share_of_samples")
     note = [str(where)] if where else []
     note += [f"{labels.percent(share)} of the samples"] if isinstance(share, (int, float)) else []
-    own = (bound.get("own_bounds") or {}).get("0.99")
-    note += [f"99 % of them within {_error(own, unit)}"] if own is not None else []
+    if (own := labels.most_within(bound)) is not None:
+        note.append(f"{labels.MOST} of the valid samples proven within {_error(own, unit)}")
     return Accuracy(name, most, rms, _error(bound.get("value"), unit), ", ".join(note))
 
 

@@ -15,8 +15,9 @@ from cordicc.certify.sweep import Forward, errors, forward
 Samples = Mapping[str, Floats]
 """By input, float64 of shape (n,): samples that are valid in the equations and in the simulation."""
 
-_BLOCK = 8192
-"""Samples judged at once: enough to hide the cost of a NumPy call, few enough to need little memory."""
+_LEAST_BLOCK, _MOST_BLOCK = 256, 8192
+_STEP_SAMPLES = 500_000
+"""Steps times samples judged at once: enough to hide the cost of NumPy calls, few enough for the memory."""
 
 
 def own_bounds(net: Network, outputs: Sequence[str], samples: Samples) -> dict[str, Floats]:
@@ -50,7 +51,8 @@ def _count(samples: Samples) -> int:
 
 def _sweeps(net: Network, samples: Samples) -> Iterator[tuple[slice, Forward]]:
     """Yield the forward sweep of each block of samples."""
-    for begin in range(0, _count(samples), _BLOCK):
-        block = slice(begin, begin + _BLOCK)
+    size = min(_MOST_BLOCK, max(_LEAST_BLOCK, _STEP_SAMPLES // (len(net.steps) + 1)))
+    for begin in range(0, _count(samples), size):
+        block = slice(begin, begin + size)
         points = {name: Boxes(samples[name][block], samples[name][block]) for name in net.inputs}
         yield block, forward(net, net.steps, points, {})

@@ -71,7 +71,7 @@ def _form(net: Network, output: str, upstream: Sequence[Step]) -> Hashable:
             return name
         if name not in numbers:
             numbers[name] = len(numbers)
-            inputs.append((net.inputs[name], repr(net.formats.values[name]), net.proven.get(name)))
+            inputs.append((net.inputs[name], repr(net.formats.values[name])))
         return numbers[name]
 
     form: list[Hashable] = []

@@ -84,7 +84,7 @@ def check_golden(
             tolerance = answers.get(TOLERANCE + name)
             limit = limits[name] if tolerance is None else tolerance[both]
             differences[name].add(error, row + both)
-            over = error > limit
+            over = ~(error <= limit)
             beyond[name] += int(over.sum())
             with np.errstate(divide="ignore", invalid="ignore"):
                 excess = np.where(over, error / limit, 0.0)

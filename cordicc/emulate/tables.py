@@ -31,7 +31,8 @@ _MOST_PROBLEMS = 10
 class Columns(NamedTuple):
     """Which columns to read, what they are called in messages, and whether they may hold nan.
 
-    `optional` ones need not be there; if `some` of the wanted ones suffice, at least one.
+    `optional` ones need not be there.  If `some` of the wanted ones suffice, one does, but not beside names
+    that nobody knows.
     """
 
     wanted: Sequence[str]
@@ -134,10 +135,13 @@ def _choose(
     hint = None
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         hint = "fields are separated by commas"
-    if not set(header) & {*columns.wanted, *columns.optional} and all(map(_is_decimal, header)):
+    if source.text and all(map(_is_decimal, header)):
         message, hint = "there is no header", "the first line names the columns: " + ",".join(columns.wanted)
         raise InvalidInput([Diagnostic("E612", message, whole, hint, source=source)])
-    needed = [] if columns.some and set(header) & set(columns.wanted) else columns.wanted
+    strange = [name for name in header if name not in columns.wanted and name not in columns.optional]
+    needed = columns.wanted
+    if columns.some and set(header) & set(columns.wanted) and not strange:
+        needed = []
     for name in (*columns.wanted, *columns.optional):
         if header.count(name) > 1 or (name in needed and name not in header):
             what = "twice in the header" if name in header else "missing from the header"
@@ -148,8 +152,8 @@ def _choose(
         raise InvalidInput(problems)
     names = tuple(name for name in (*columns.wanted, *columns.optional) if name in header)
     warnings = []
-    if extra := [field for field in header if field not in names]:
-        message = f"columns that are no {columns.noun} are ignored: " + ", ".join(extra)
+    if strange:
+        message = f"columns that are no {columns.noun} are ignored: " + ", ".join(strange)
         warnings.append(Diagnostic("W611", message, severity=Severity.WARNING, source=source))
     return names, warnings
 

@@ -153,7 +153,7 @@ def _foreign(text: str, at: int) -> ExpressionError:
             "?": NO_CONDITIONALS,
             "'": "names are written without quotes",
             '"': "names are written without quotes",
-        }.get(character, f"leave the prefix '{prefix[0]}.' out" if prefix else None)
+        }.get(character, f"leave the prefix '{prefix[0]}.' out" if prefix and character == "." else None)
         message = f"an expression cannot contain '{character}'"
         return ExpressionError("E110", message, at, at + 1, hint)
     name = unicodedata.name(character, "unnamed")

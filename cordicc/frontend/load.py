@@ -128,6 +128,7 @@ class _Loader:
         self.inputs: list[InputSpec] = []
         self.all_branches = False
         self.input_spans: dict[str, Span] = {}
+        self.unlabelled: set[str] = set()  # inputs whose ranges are numbers without a hint at their unit
 
     def full(self) -> bool:
         return self.report.errors >= MAX_ERRORS
@@ -249,6 +250,8 @@ class _Loader:
             message = f"the range of '{name}' is empty: {_shown(lo)} > {_shown(hi)}"
             self.report.error("E211", message, span_node.span)
             return None
+        if unit is None and all(_PLAIN.fullmatch(item.value.strip()) for item in span_node.items):
+            self.unlabelled.add(name)
         if unit_node is not None and unit is not None and unit.strip().lower() in _DEGREES:
             self.warn_degrees(name, unit_node, span_node)
         return InputSpec(name, lo, hi, unit)
@@ -270,6 +273,7 @@ class _Loader:
             self.report.error("E208", "'equations' is missing", root.span)
             return Defined()
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
+        self.scope.unknown = "define it above, or list it under 'inputs' with its range, or under 'constants'"
         written = parse_equations(node, self.places, self.scope, self.all_branches)
         parsed, variants = with_alternatives(written, self.report)
         zeros = ZeroTest(self.scope.builder, all_ranges)
@@ -278,6 +282,7 @@ class _Loader:
             message = f"a coefficient in '{name}' seems to be 0, but is too large for a proof: it is computed"
             hint = "simplify the equation by hand if the coefficient cancels"
             self.report.warning("W107", message, defined.spans.get(name), hint)
+        self.scope.unknown = None
         return defined
 
     def read_branches(self, node: YamlNode | None) -> bool:
@@ -318,7 +323,7 @@ class _Loader:
 
     def warn_turns(self, program: Graph) -> None:
         """Warn of angles whose ranges are in degrees, it seems."""
-        for spec in in_degrees(program, [s for s in self.inputs if s.unit is None]):
+        for spec in in_degrees(program, [s for s in self.inputs if s.name in self.unlabelled]):
             low, high = _shown(spec.lo), _shown(spec.hi)
             message = f"the range of '{spec.name}' goes to {high if spec.hi > -spec.lo else low} radians"
             hint = f"if these are degrees, write [{low}*deg, {high}*deg]"

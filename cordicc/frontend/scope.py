@@ -75,7 +75,8 @@ class Scope:
 
     `values` maps a name to its value; a name whose definition failed is there with None, so that
     its uses are not reported.  `later` has the names that equations further down define, with the
-    names each of them uses; `outside` says of names that exist but cannot be used here what they are.
+    names each of them uses; `outside` says of names that exist but cannot be used here what they are;
+    `unknown` is the hint for names that are like no other.
     """
 
     builder: Builder
@@ -84,6 +85,7 @@ class Scope:
     lines: dict[str, int] = field(default_factory=dict)
     later: dict[str, tuple[int, frozenset[str]]] = field(default_factory=dict)
     outside: Mapping[str, str] = field(default_factory=dict)
+    unknown: str | None = None
     cycles_reported: set[frozenset[str]] = field(default_factory=set)
 
     def define(self, name: str, value: Value | None, line: int) -> None:
@@ -115,7 +117,7 @@ class Scope:
             return "'valid' is made by the compiler and cannot be used in equations"
         known = [known for known in self.values if "." not in known]  # those of the compiler have a dot
         near = did_you_mean(name, [*known, *CONSTANT_NAMES])
-        return near or "define it above, or list it under 'inputs' with its range, or under 'constants'"
+        return near or self.unknown
 
     def _report_early(self, name: Name, text: Text, target: str | None) -> None:
         if any({name.name, target} <= cycle for cycle in self.cycles_reported):

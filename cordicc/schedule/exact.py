@@ -34,7 +34,8 @@ _SEARCHES = ("core", "max_lp", "default_lp")
 _WORD_SEARCHES = {"core": 0.6, "lb_tree_search": 0.4}
 """The strategies for FIFO words, and their shares of the deterministic time."""
 _PROOF = 2.0
-"""Times the deterministic time goes to these: as long by the clock as small programs, made and solved."""
+"""Times the deterministic time of a search goes to proofs, and takes as long by the clock as neighbourhoods:
+their programs are small, and what making them takes is hardly counted."""
 _SHORT = 2
 """Interval up to which the linear relaxation proves most of the words."""
 _BRIEF = 1.0
@@ -44,6 +45,8 @@ _BRIEF = 1.0
 @dataclass(frozen=True, slots=True)
 class Work:
     """Limits of a search: deterministic time, and seconds as the emergency stop; threads to work in.
+
+    Of FIFO words, which are searched from both sides, it is that of the neighbourhoods, see `_PROOF`.
 
     The answer does not depend on the threads.
     """

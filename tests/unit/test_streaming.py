@@ -307,11 +307,11 @@ EDGE = """\
 inputs: {x: [-0.8, 0.8], y: [-0.8, 0.8]}
 constants: {l1: 0.4, l2: 0.3}
 equations:
+  - w = sqrt(x + 0.5)
   - r2 = x**2 + y**2
   - solve: x*cos(t) + y*sin(t) = (r2 + l1**2 - l2**2) / (2*l1)
     for: t
     branch: "-"
-  - w = sqrt(x + 0.7)
 outputs: [t, w]
 """
 
@@ -357,15 +357,42 @@ def test_own_bounds_hold_sample_by_sample(edge: Path, tmp_path: Path) -> None:
     assert run("simulate", edge, "--own-bounds").exit_code == 2
 
 
-def test_compare_allows_the_bound_where_it_holds(edge: Path, tmp_path: Path) -> None:
-    (tmp_path / "in.csv").write_text("x,y\n0.3,0.1\n", encoding="utf-8")
-    made = run("simulate", edge, "--inputs", tmp_path / "in.csv", "--outputs", "-").stdout.splitlines()[1]
+def test_compare_allows_what_is_proven_of_the_row(edge: Path, tmp_path: Path) -> None:
+    inputs = "x,y\n0.3,0.1\n"
+    (tmp_path / "in.csv").write_text(inputs, encoding="utf-8")
+    made = run("simulate", edge, "--inputs", tmp_path / "in.csv", "--own-bounds", "--outputs", "-").stdout
+    header, row = (line.split(",") for line in made.splitlines()[:2])
+    angle, own = (float(row[header.index(name)]) for name in ("t", "bound_t"))
     bound = cordicc.load_plan(edge).accuracy["t"]["bound"]["value"]
+    assert own < bound
     for share, status in ((0.9, 0), (1.1, 1)):
-        expected = f"t\n{float(made.split(',')[0]) + share * bound!r}\n"
-        result = golden(edge, tmp_path, "x,y\n0.3,0.1\n", expected, "--json")
+        result = golden(edge, tmp_path, inputs, f"t\n{angle + share * own!r}\n", "--json")
         assert result.exit_code == status
-        assert json.loads(result.stdout)["outputs"]["t"]["allowed"] == bound
+        data = json.loads(result.stdout)
+        assert data["outputs"]["t"]["allowed"] == bound
+        assert data["not_compared"] == ["w"]
+    assert golden(edge, tmp_path, inputs, "t,tol_t\n5,nan\n").exit_code == 1
+    assert golden(edge, tmp_path, inputs, "t\n5\n", "--tolerance", "inf").exit_code == 2
+    orphan = golden(edge, tmp_path, inputs, "t,tol_w\n5,1\n")
+    assert (orphan.exit_code, "'w' is missing from the header, but 'tol_w'" in orphan.stderr) == (2, True)
+    misspelt = golden(edge, tmp_path, inputs, "t,ww\n5,1\n")
+    assert (misspelt.exit_code, "output 'w' is missing" in misspelt.stderr) == (2, True)
+
+
+def test_own_bounds_need_names_and_operations(edge: Path, tmp_path: Path) -> None:
+    data = json.loads(edge.read_text(encoding="utf-8"))
+    del data["problem"]["unit_program"]
+    for figures in data["accuracy"].values():
+        figures["bound"] = None
+    (tmp_path / "plan.json").write_text(json.dumps(data), encoding="utf-8")
+    result = run("simulate", tmp_path / "plan.json", "--own-bounds", "--outputs", tmp_path / "o.csv")
+    assert (result.exit_code, "E603" in result.stderr) == (2, True)
+    (tmp_path / "twice.yaml").write_text(
+        "inputs: {x: [0, 1]}\nequations:\n  - t = 2*x\n  - bound_t = 3*x\noutputs: [t, bound_t]\n",
+        encoding="utf-8",
+    )
+    result = run("simulate", tmp_path / "twice.yaml", "--own-bounds", "--outputs", tmp_path / "o.csv")
+    assert (result.exit_code, "'bound_t' has the name of a column" in result.stderr) == (2, True)
 
 
 def test_compare_excludes_other_sources(file: Path) -> None:
