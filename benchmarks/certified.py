@@ -97,7 +97,7 @@ def found(
         width = (box.hi - box.lo) / 2
         error = apart(results[output] - (box.lo + width), run.net.angles[output]) - width
         where = run.bounds[output].where
-        held = meets(run.net, output, where, moved) if where else ~moved.empty
+        held = meets(run.net, output, where, moved) if where else ~moved.empty(run.net.upstream(output))
         own = float(np.nanmax(np.where(np.isfinite(width), width, 0.0)))
         certain[output] = np.where(results["valid"] & held & ~np.isnan(error), error, -np.inf), own
     return certain
