@@ -99,7 +99,10 @@ def found(
         where = run.bounds[output].where
         held = meets(run.net, output, where, moved) if where else ~moved.empty(run.net.upstream(output))
         own = float(np.nanmax(np.where(np.isfinite(width), width, 0.0)))
-        certain[output] = np.where(results["valid"] & held & ~np.isnan(error), error, -np.inf), own
+        certain[output] = (
+            np.where(results["valid"].astype(bool) & held & ~np.isnan(error), error, -np.inf),
+            own,
+        )
     return certain
 
 
@@ -183,9 +186,8 @@ def high_precision_beyond(run: Run, outputs: Sequence[str], points: Columns) -> 
     results = simulated(run, points)
     beyond = {}
     for output in outputs:
-        held = (
-            inside(run.net, {output: run.bounds[output].where}, points)[output] & results["valid"] & defined
-        )
+        held = inside(run.net, {output: run.bounds[output].where}, points)[output]
+        held = held & results["valid"].astype(bool) & defined
         error = apart(results[output] - values[output], run.net.angles[output])
         bound = run.bounds[output].value
         beyond[output] = 0 if bound is None else int((error[held] > bound).sum())

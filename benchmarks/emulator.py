@@ -267,7 +267,7 @@ def main() -> int:
     return int(not good)
 
 
-def _emulator(plan: cordicc.Plan, machine: functional.Arithmetic, samples: Answer) -> Callable[[], Answer]:
+def _emulator(plan: cordicc.Plan, machine: Arithmetic, samples: Answer) -> Callable[[], Answer]:
     return lambda: functional.run(plan, machine, samples)
 
 

@@ -105,7 +105,7 @@ def main() -> None:
         more = [what for what, a, b in zip(("CAUs", "mul", "depth"), ours, hand, strict=True) if a > b]
         for index, number in enumerate((ours[0], hand[0], shared, paired)):
             totals[index] += number
-        sums = [tuple(map(sum, zip(*pair, strict=True))) for pair in zip(sums, (ours, hand), strict=True)]
+        sums = [(a[0] + b[0], a[1] + b[1], a[2] + b[2]) for a, b in zip(sums, (ours, hand), strict=True)]
         shown = ["/".join(map(str, each)) for each in (ours, hand)]
         proven = "yes" if choice.proven else "no"
         print(f"{name:24}{shown[0]:>12}{shown[1]:>12}{shared:9}{paired:9}{proven:>9}{seconds:8.2f}", end="")

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,11 +29,11 @@ def user_and_wall_seconds(arguments: list[str]) -> tuple[float, float]:
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, wall
 
 
-def import_seconds(arguments: list[str]) -> Counter[str]:
+def import_seconds(arguments: list[str]) -> dict[str, float]:
     """Return the time of imports by package, each without what it imports itself."""
     command = [sys.executable, "-X", "importtime", *arguments]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
-    seconds: Counter[str] = Counter()
+    seconds: dict[str, float] = defaultdict(float)
     for own, name in re.findall(r"^import time:\s+(\d+) \|\s+\d+ \|\s+(\w+)", done.stderr, re.MULTILINE):
         seconds[name] += int(own) / 1e6
     return seconds
@@ -58,7 +58,8 @@ def main() -> None:
             base = base or user
             print(f"{name:<40}  {user:7.3f}  {wall:7.3f}  {user / base:11.1f}")
         print("\nimports of cordicc compile, s (profiled, so slower)")
-        for name, seconds in import_seconds([*COMPILE, folder]).most_common(8):
+        by_time = sorted(import_seconds([*COMPILE, folder]).items(), key=lambda item: -item[1])
+        for name, seconds in by_time[:8]:
             print(f"{name:<40}  {seconds:7.3f}")
 
 
