@@ -32,6 +32,7 @@ class Accuracy:
     most: str
     rms: str
     bound: str
+    within: str
     where: str
 
 
@@ -122,13 +123,13 @@ def _accuracy(name: str, record: Any, unit: str) -> Accuracy:
     most, rms = _error(observed.get("max"), unit), _error(observed.get("rms"), unit)
     if not bound:
         reason = known.get("bound_reason") or "not asked for; 'cordicc compile --certify' derives one"
-        return Accuracy(name, most, rms, DASH, reason)
-    where, share = bound.get("where"), bound.get("share_of_samples")
-    note = [str(where)] if where else []
-    note += [f"{labels.percent(share)} of the samples"] if isinstance(share, (int, float)) else []
-    if (own := labels.most_within(bound)) is not None:
-        note.append(f"{labels.MOST} of the valid samples proven within {_error(own, unit)}")
-    return Accuracy(name, most, rms, _error(bound.get("value"), unit), ", ".join(note))
+        return Accuracy(name, most, rms, DASH, DASH, reason)
+    note = [str(bound["where"])] if bound.get("where") else []
+    share = bound.get("share_of_samples")
+    if share is not None and (share < 1 or bound.get("conditions")):
+        note.append(f"{labels.percent(share)} of the samples")
+    within = _error(labels.most_within(bound), unit)
+    return Accuracy(name, most, rms, _error(bound.get("value"), unit), within, ", ".join(note))
 
 
 def _error(value: Any, unit: str) -> str:

@@ -42,6 +42,8 @@ class Algebra(Builder):
         folded = self._fold(op, operands, params)
         if folded is not None:
             return (folded,)
+        if op == "vector" and (known := self._constant_vector(operands, params)) is not None:
+            return known
         first = self.emit(op, operands, params)
         return tuple(Value(first.node, i) for i in range(len(OPS[op].results)))
 
@@ -70,6 +72,26 @@ class Algebra(Builder):
             return self.const(fold(op, tuple(params), known))
         except FoldError:
             return None
+
+    def _constant_vector(
+        self, operands: Sequence[Value], params: Sequence[Param]
+    ) -> tuple[Value, ...] | None:
+        """Return norm and angle of a vector that does not depend on the inputs, None for any other."""
+        x, y = (self.constant(v) for v in operands[:2])
+        if x is None or y is None:
+            return None
+        m, sign = params
+        try:
+            if m == 1:
+                norm, angle = fold("hypot", (), (x, y)), fold("atan2", (), (y, x))
+            else:
+                quotient = fold("div", (), (y, x))
+                norm = x if m == 0 else fold("sqrt", (), (x * x - y * y,))
+                angle = quotient if m == 0 else fold("atanh", (), (quotient,))
+        except FoldError:
+            return None
+        turned = self.const(angle)
+        return self.const(norm), (self.add if sign == 1 else self.sub)(operands[2], turned)
 
     def _match(self, value: Value, op: str) -> tuple[Value, ...] | None:
         node = self.nodes[value.node]

@@ -129,7 +129,7 @@ class TestPage:
             "not asked for; &#39;cordicc compile --certify&#39; derives one",
         ):
             assert part in text
-        assert text.count('<td class="n">—</td>') == 3
+        assert text.count('<td class="n">—</td>') == 5
 
     def test_a_bound_that_was_not_found_has_its_reason(self):
         accuracy = {"theta1": {"bound": None, "bound_reason": "a pole", "observed": None}}

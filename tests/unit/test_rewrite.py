@@ -96,6 +96,18 @@ def test_solve_with_one_coefficient(port: int, m: int) -> None:
     assert_same(build(make), samples(100))
 
 
+@pytest.mark.parametrize("branch", ["+", "-"])
+def test_no_unit_computes_what_is_constant(branch: str) -> None:
+    def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
+        coefficients = (b.const(Fraction(-3, 7)), b.const(Fraction(2, 7)), w)
+        return b.emit("wrap", (b.emit("solve", coefficients, (1, branch)),))
+
+    graph = build(make)
+    assert_same(graph, samples(100))
+    caus = [node.op for node in rewritten(graph, implicit=False).nodes if node.op == "vector"]
+    assert len(caus) == 2  # the root, then the angle: norm and angle of (B, A) are constants
+
+
 def test_solve_pair() -> None:
     def make(b: Builder, x: Value, y: Value, w: Value) -> Value:
         return b.emit("solve_pair", (x, y, w, b.const(1), x, y))
