@@ -6,7 +6,8 @@
     python benchmarks/scheduling.py wheel                 the wheel suspension on imscor24, limits included
 
 `s` is the time for processors and latency, `all s` that with FIFO words.
-`>= n` beside a figure is a lower bound that it does not meet; every schedule is verified.  Times on a
+`>= n` beside a figure is a lower bound that it does not meet; every schedule is verified, and run clock by
+clock with the same bits as operation by operation.  Times on a
 machine that does other work are no more than a hint; compare them within one run.
 """
 
@@ -20,7 +21,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cordicc.diagnostics import Unattainable
+from cordicc.emulate import cycle, functional, sampling
 from cordicc.explore import as_text, explore, workers
+from cordicc.observation import machine_of
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan import Plan
 from cordicc.schedule.bounds import latency_bound
@@ -35,6 +38,7 @@ from cordicc.schedule.verify import verify
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERVALS = (1, 2, 4, 8, 16)
+_SAMPLES = 20
 LATENCIES = {"standard": 44, "implicit": 48, "mul": 4}
 
 
@@ -69,6 +73,15 @@ def figure(plan: Plan, name: str, value: int) -> str:
     return str(value) if plan.optimal[name] else f"{value} >= {plan.bounds[name]}"
 
 
+def check(plan: Plan) -> None:
+    """Verify a plan, and that it gives the same bits clock by clock as operation by operation."""
+    verify(plan)
+    arithmetic, samples = machine_of(plan), sampling.draw(plan.problem, _SAMPLES, 0)
+    clocked = cycle.run(plan, arithmetic, samples)
+    for name, column in functional.run(plan, arithmetic, samples).items():
+        assert column.tobytes() == clocked[name].tobytes(), name
+
+
 def corpus(words: float) -> None:
     """Print a row for every problem and interval."""
     print(("{:26}" + "{:>9}{:>4}" + "{:>13}" * 3 + "{:>8}" * 3).format(
@@ -83,7 +96,7 @@ def corpus(words: float) -> None:
             between = time.perf_counter()
             plan = place(base, Limits(initiation_interval=interval, effort=Effort(words=words)))
             first, seconds = between - began, time.perf_counter() - between
-            verify(plan)
+            check(plan)
             gap = 100 * (plan.fifo_words - plan.bounds["fifo_words"]) / max(plan.fifo_words, 1)
             cells = (
                 figure(plan, "processors", plan.processors()["total"]),
