@@ -27,7 +27,7 @@ from cordicc.targets.model import CAU_KINDS, load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
 MOST_POINTS = 30
-_EFFORT = Effort(schedule=4.0, words=0.05, binding=0.0, threads=1)
+_EFFORT = Effort(schedule=4.0, words=0.03, binding=0.0, threads=1)
 """FIFO words of large problems stay with a small gap, to prove all of them would take minutes; and the
 figures do not depend on the multiplexers."""
 
