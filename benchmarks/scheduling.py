@@ -168,9 +168,9 @@ def wheel() -> None:
     print(as_text(explore(path, "imscor24", "auto", 1, workers(None, None), lambda done, count: None)))
     base = plan_file(path, Options("imscor24")).plan
     requests: Sequence[Limits] = (
-        Limits(initiation_interval=4, max_processors=1),
-        Limits(initiation_interval=4, max_latency=300),
-        Limits(initiation_interval=4, max_processors=2, max_latency=330),
+        Limits(initiation_interval=2, max_processors=1),
+        Limits(initiation_interval=2, max_latency=150),
+        Limits(initiation_interval=2, max_processors=2, max_latency=158),
     )
     for limits in requests:
         try:
