@@ -135,10 +135,11 @@ def _choose(
     hint = None
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         hint = "fields are separated by commas"
-    if source.text and all(map(_is_decimal, header)):
+    known = {*columns.wanted, *columns.optional}
+    if source.text and not known.intersection(header) and all(_decimal(name) is not None for name in header):
         message, hint = "there is no header", "the first line names the columns: " + ",".join(columns.wanted)
         raise InvalidInput([Diagnostic("E612", message, whole, hint, source=source)])
-    strange = [name for name in header if name not in columns.wanted and name not in columns.optional]
+    strange = [name for name in header if name not in known]
     needed = columns.wanted
     if columns.some and set(header) & set(columns.wanted) and not strange:
         needed = []
@@ -224,10 +225,6 @@ def _decimal(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
-
-
-def _is_decimal(text: str) -> bool:
-    return _decimal(text) is not None
 
 
 def _read_npz(path: Path, columns: Columns, part: int) -> Table:

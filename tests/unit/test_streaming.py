@@ -295,6 +295,12 @@ def test_golden_data_that_does_not_fit(file: Path, tmp_path: Path, expected: str
     assert shown in result.stderr
 
 
+def test_a_name_that_could_be_a_number_is_a_header(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("inf\n1.5\n", encoding="utf-8")
+    table = tables.read_table(tmp_path / "a.csv", tables.Columns(["inf"]))
+    assert next(table.parts)["inf"].tolist() == [1.5]
+
+
 def test_compare_some_of_the_outputs(file: Path, tmp_path: Path) -> None:
     (tmp_path / "in.csv").write_text("x,y\n0.3,0.1\n", encoding="utf-8")
     made = run("simulate", file, "--inputs", tmp_path / "in.csv", "--outputs", "-").stdout.splitlines()
