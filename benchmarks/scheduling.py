@@ -5,10 +5,10 @@
     python benchmarks/scheduling.py explore               the front of every problem of up to 60 operations
     python benchmarks/scheduling.py wheel                 the wheel suspension on imscor24, limits included
 
-`s` is the time for processors and latency, `all s` that with FIFO words.
-`>= n` beside a figure is a lower bound that it does not meet; every schedule is verified, and run clock by
-clock with the same bits as operation by operation.  Times on a
-machine that does other work are no more than a hint; compare them within one run.
+`s` is the time for processors and latency, `all s` that with FIFO words.  `>= n` beside a figure is a lower
+bound that it does not meet; every schedule is verified, and those of the corpus run clock by clock with the
+same bits as operation by operation.  Times on a machine that does other work are no more than a hint;
+compare them within one run.
 """
 
 from __future__ import annotations

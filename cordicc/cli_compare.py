@@ -10,7 +10,7 @@ import numpy as np
 
 from cordicc.certify.plans import StatedBounds
 from cordicc.certify.samples import own_bounds
-from cordicc.cli_simulate import NUMBER_BYTES, Run, again, dumped, print_told
+from cordicc.cli_simulate import Run, again, dumped, print_told
 from cordicc.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate import golden
 from cordicc.emulate.streaming import Samples
@@ -41,7 +41,7 @@ def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | No
     angles = {name: is_angle for name, is_angle in angles.items() if name in answers.names}
     limits = {name: _limit(plan, name) if tolerance is None else _Limit(None, tolerance) for name in angles}
     first = next(table.parts)
-    simulate = run.simulator(first, inputs.stat().st_size // (NUMBER_BYTES * max(1, len(run.inputs))))
+    simulate = run.simulator(first, run.about_rows(inputs))
     allowed = _allowed(plan, limits)
     verdict = golden.check_golden(again(first, table.parts), answers.parts, angles, allowed, simulate)
     stated = {n: None if golden.TOLERANCE + n in answers.names else limit for n, limit in limits.items()}

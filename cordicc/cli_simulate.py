@@ -36,7 +36,7 @@ BOUND = "bound_"
 
 _BAR = 40
 _MOST_CAUSES = 5
-NUMBER_BYTES = 12
+_NUMBER_BYTES = 12
 """About what a number takes in a CSV file."""
 
 
@@ -64,6 +64,10 @@ class Run(NamedTuple):
             message = f"output '{twice[0]}' has the name of a column of --own-bounds"
             raise InvalidInput([Diagnostic("E612", message, hint="rename the output")])
         return [*outputs, *(BOUND + name for name in outputs)]
+
+    def about_rows(self, file: Path) -> int:
+        """Return about how many samples a file of inputs has."""
+        return file.stat().st_size // (_NUMBER_BYTES * max(1, len(self.inputs)))
 
     def simulator(self, first: Samples, total: int) -> Callable[[Samples], dict[str, Any]]:
         """Return what runs a part, fit for about `total` samples of which `first` are the first."""
@@ -106,7 +110,7 @@ def run_samples(
         table = read_table(inputs, Columns(run.inputs))
         run.tell(table.warnings)
         total, parts = None, table.parts
-        expected = inputs.stat().st_size // (NUMBER_BYTES * max(1, len(run.inputs)))
+        expected = run.about_rows(inputs)
     first = next(parts)
     simulate = run.simulator(first, expected)
     progress = Progress(total, "samples")

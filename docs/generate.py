@@ -5,11 +5,9 @@ A test fails if one of them is not what this script makes.
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from cordicc.backends.labels import headline
 from cordicc.codes import CODES, HELP, UNATTAINABLE
 from cordicc.diagnostics import InvalidInput, Source
 from cordicc.frontend.load import parse_problem
+from cordicc.plan_json import schema
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -120,8 +119,7 @@ list, `*` for each name.
 
 def plan_page() -> str:
     """Return the reference of the fields of a plan."""
-    text = files("cordicc").joinpath("schema/plan.schema.json").read_text(encoding="utf-8")
-    rows = [f"| `{field}` | {_with_code(about)} |\n" for field, about in _fields(json.loads(text), "")]
+    rows = [f"| `{field}` | {_with_code(about)} |\n" for field, about in _fields(schema(), "")]
     return _PLAN_HEAD + "".join(dict.fromkeys(rows))
 
 
@@ -130,17 +128,16 @@ def _with_code(text: str) -> str:
     return "`".join(part if at % 2 else _plain(part) for at, part in enumerate(text.split("`")))
 
 
-def _fields(schema: Mapping[str, Any], path: str) -> Iterator[tuple[str, str]]:
+def _fields(described: Mapping[str, Any], path: str) -> Iterator[tuple[str, str]]:
     """Yield the path of every field below a schema, and what the schema says of it."""
-    if path and "description" in schema:
-        yield path.removeprefix("."), schema["description"]
-    for name, inner in schema.get("properties", {}).items():
+    if path and "description" in described:
+        yield path.removeprefix("."), described["description"]
+    for name, inner in described.get("properties", {}).items():
         yield from _fields(inner, f"{path}.{name}")
-    if isinstance(schema.get("items"), dict):
-        yield from _fields(schema["items"], f"{path}[]")
-    if isinstance(schema.get("additionalProperties"), dict):
-        yield from _fields(schema["additionalProperties"], f"{path}.*")
-    for inner in schema.get("oneOf", []):
+    for key, step in (("items", "[]"), ("additionalProperties", ".*")):
+        if isinstance(described.get(key), dict):
+            yield from _fields(described[key], path + step)
+    for inner in described.get("oneOf", []):
         yield from _fields({key: value for key, value in inner.items() if key != "description"}, path)
 
 

@@ -153,7 +153,8 @@ def _foreign(text: str, at: int) -> ExpressionError:
             "?": NO_CONDITIONALS,
             "'": "names are written without quotes",
             '"': "names are written without quotes",
-        }.get(character, f"leave the prefix '{prefix[0]}.' out" if prefix and character == "." else None)
+            ".": f"leave the prefix '{prefix[0]}.' out" if prefix else None,
+        }.get(character)
         message = f"an expression cannot contain '{character}'"
         return ExpressionError("E110", message, at, at + 1, hint)
     name = unicodedata.name(character, "unnamed")
