@@ -71,6 +71,7 @@ def render(
             figures=report_tables.figures(plan),
             units=report_tables.units(plan),
             accuracy=report_tables.accuracy(plan),
+            most_share=labels.MOST,
             errors=[Markup(picture) for picture in error_chart.render(plan)],
             inputs=plan.problem.get("inputs", []),
             constants=sorted(plan.problem.get("constants", {}).items()),
