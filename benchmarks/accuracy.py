@@ -2,7 +2,7 @@
 
     python benchmarks/accuracy.py [--part exhaustive|random|all] [--samples N] [--bits W] [--jobs J]
 
-The units are those that `cordicc.arith.sizing` gives for 1 ulp, last rounding included, and run through
+The units are those that `cordicc.arith.unit.sizing` gives for 1 ulp, last rounding included, and run through
 their public methods. A w-bit word of a length has w - 1 fraction bits, one of an angle w - 3 (+-4 rad).
 
 Exhaustive: every pair of 12-bit words, as the module's `PAIRS` says, third operands zero or drawn. Random: N
@@ -37,9 +37,9 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.fixed_point import FixedPoint
-from cordicc.arith.sizing import LAST_ROUNDING_ULP, OPERATIONS, internal_errors_ulp, size_unit
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.unit.cau import Cau
+from cordicc.arith.unit.sizing import LAST_ROUNDING_ULP, OPERATIONS, internal_errors_ulp, size_unit
 
 EXHAUSTIVE_BITS = 12
 RANDOM_BITS = 24

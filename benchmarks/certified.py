@@ -27,24 +27,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.compiled import available, compiled_arithmetic
-from cordicc.arith.intervals import Interval
-from cordicc.arith.machine import Arithmetic
+from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.certify.boxes import Boxes
 from cordicc.certify.certificate import Bound
-from cordicc.certify.network import Network, Step, network
+from cordicc.certify.error_network import Network, Step, network
+from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import bounds_of
 from cordicc.certify.predicates import meets
-from cordicc.certify.samples import inside
 from cordicc.certify.sweep import errors, forward
-from cordicc.emulate import functional, sampling
+from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
+from cordicc.emulate.observation import exact, machine_of
+from cordicc.ir import sampling
+from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.text import parse_graph
-from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan import Plan
-from cordicc.record import UNIT_PROGRAM
-from cordicc.targets.model import CAU_KINDS
+from cordicc.plan.model import Plan
+from cordicc.plan.problem_record import UNIT_PROGRAM
+from cordicc.targets.target import CAU_KINDS
 
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
 LEAST_SHARE = 0.99

@@ -12,10 +12,10 @@ either branch and (-x, -y, C), (-x, y, C), (x, -y, C) meet the kernel as (|x|, +
 over x >= 0, every y and every C is therefore complete; each run stands for four inputs (two where x = 0).
 No further symmetry is used: rounding half up and sgn(0) = +1 are not symmetric in y.
 
-Vectors enter with GUARD_BITS more fraction bits. Printed are the inputs covered, the worst residual
-|B cos t + A sin t - C| in ulp of the format, the worst |t - exact| divided by the condition number |dt/dC| =
-1/sqrt(R^2 - C^2), so in ulp too, and the inputs beyond the bound of `cordicc.arith.bounds`, which depends
-on R, or on the other branch's side of x = 0 by more than it allows.
+Vectors enter with GUARD_BITS more fraction bits. Printed are the inputs covered, the worst residual |B cos
+t + A sin t - C| in ulp of the format, the worst |t - exact| divided by the condition number |dt/dC| =
+1/sqrt(R^2 - C^2), so in ulp too, and the inputs beyond the bound of `cordicc.arith.kernels.circular_bound`,
+which depends on R, or on the other branch's side of x = 0 by more than it allows.
 
 The paper's rule (Krieger and Hosticka 1996, eq. 9, vector scaled by 1 - eta 2^-2S after each step) runs
 in double precision, so its failures are the rule's own, over the same inputs and over random unit vectors
@@ -34,9 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith import kernels, sequences
-from cordicc.arith.bounds import ImplicitBound, implicit_residual_bound
-from cordicc.arith.scaled_kernels import implicit_scaled
+from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.kernels.circular_bound import ImplicitBound, implicit_residual_bound
+from cordicc.studies.scaled_kernels import implicit_scaled
 
 RULES = ("single-rotation", "root-free", "paper", "paper-integer")
 PAPERS = ("paper", "paper-integer")
@@ -77,11 +77,15 @@ class Tally(NamedTuple):
         )
 
 
-def sequence_of(rule: str, bits: int) -> sequences.Sequence:
+def sequence_of(rule: str, bits: int) -> shift_sequences.Sequence:
     """Return the steps whose last angle moves the largest vector by less than a fifth of an ulp."""
     if rule in PAPERS:
-        return sequences.krieger96()
-    return sequences.root_free(1, bits + 4) if rule == "root-free" else sequences.standard(1, bits + 3)
+        return shift_sequences.krieger96()
+    return (
+        shift_sequences.root_free(1, bits + 4)
+        if rule == "root-free"
+        else shift_sequences.standard(1, bits + 3)
+    )
 
 
 def bound_of(rule: str, bits: int) -> ImplicitBound:
@@ -92,21 +96,21 @@ def bound_of(rule: str, bits: int) -> ImplicitBound:
 
 def angle_by_kernel(rule: str, bits: int, x: Int64, y: Int64, target: Int64) -> Reals:
     """Return the angles of branch "-" in radians, by the library's kernel; x >= 0."""
-    table = sequences.step_table(sequence_of(rule, bits), ANGLE_BITS)
+    table = shift_sequences.step_table(sequence_of(rule, bits), ANGLE_BITS)
     x, y, target = (v << GUARD_BITS for v in (x, y, target))
     z = np.zeros_like(x)
     if rule == "root-free":
-        z = kernels.implicit_root_free(x, y, target, z, table)[3]
+        z = micro_rotations.implicit_root_free(x, y, target, z, table)[3]
     else:
-        quarter = (sequences.pi_fixed(ANGLE_BITS) + 1) >> 1
-        x, y, z = kernels.quarter_turn(x, y, target, z, quarter)
-        z = kernels.implicit(x, y, target, z, table)[3]
+        quarter = (shift_sequences.pi_fixed(ANGLE_BITS) + 1) >> 1
+        x, y, z = micro_rotations.quarter_turn(x, y, target, z, quarter)
+        z = micro_rotations.implicit(x, y, target, z, table)[3]
     return np.ldexp(z.astype(np.float64), -ANGLE_BITS)
 
 
 def angle_by_paper(x: Reals, y: Reals, target: Reals) -> Reals:
     """Return the angles turned by eq. 9 with the paper's sequence and scaling."""
-    sequence = sequences.krieger96()
+    sequence = shift_sequences.krieger96()
     x, y, z = x.copy(), y.copy(), np.zeros_like(x)
     for shift, eta in zip(sequence.shifts, sequence.eta, strict=True):
         h = 2.0**-shift
@@ -120,7 +124,7 @@ def angle_by_paper(x: Reals, y: Reals, target: Reals) -> Reals:
 
 def angle_by_paper_in_integers(x: Reals, y: Reals, target: Reals, bits: int) -> tuple[Reals, Mask]:
     """Return the angles turned by eq. 9 in fixed point, the start rounded to `bits`, and the valid flags."""
-    table = sequences.step_table(sequences.krieger96(), ANGLE_BITS)
+    table = shift_sequences.step_table(shift_sequences.krieger96(), ANGLE_BITS)
     words = [np.rint(np.ldexp(v, bits)).astype(np.int64) for v in (x, y, target)]
     _, _, z, valid = implicit_scaled(words[0], words[1], words[2], np.zeros_like(words[0]), table)
     return np.ldexp(z.astype(np.float64), -ANGLE_BITS), valid

@@ -11,9 +11,10 @@ the mirror image, -A for A and -t for t. Both are exact on integers, so the kern
 with A > 0, A >= |B|, or with |B| > |A| and the solution that has x >= 0. The runs cover those; each stands
 for two inputs.
 
-Vectors enter with GUARD_BITS more fraction bits. Printed are the worst residual |B cosh t + A sinh t - C| and
-the worst error of the second result against sqrt(A^2 - B^2 + C^2) divided by its own condition number, in ulp
-of the format, and the inputs beyond the bounds of `cordicc.arith.hyperbolic_bounds`, which depend on A, B, C.
+Vectors enter with GUARD_BITS more fraction bits. Printed are the worst residual |B cosh t + A sinh t - C|
+and the worst error of the second result against sqrt(A^2 - B^2 + C^2) divided by its own condition number,
+in ulp of the format, and the inputs beyond the bounds of `cordicc.arith.kernels.hyperbolic_bound`, which
+depend on A, B, C.
 """
 
 import argparse
@@ -25,8 +26,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith import kernels, sequences
-from cordicc.arith.hyperbolic_bounds import hyperbolic_residual_bound
+from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 
 RULES = ("single-rotation", "root-free")
 GUARD_BITS = 10
@@ -56,9 +57,13 @@ class Tally(NamedTuple):
         )
 
 
-def sequence_of(rule: str, bits: int) -> sequences.Sequence:
+def sequence_of(rule: str, bits: int) -> shift_sequences.Sequence:
     """Return the steps whose last angle moves the largest vector by some tenths of an ulp."""
-    return sequences.root_free(-1, bits + 6) if rule == "root-free" else sequences.standard(-1, bits + 5)
+    return (
+        shift_sequences.root_free(-1, bits + 6)
+        if rule == "root-free"
+        else shift_sequences.standard(-1, bits + 5)
+    )
 
 
 def in_reach(A: Int64, B: Int64, C: Int64, domain: float) -> NDArray[np.bool_]:
@@ -85,8 +90,8 @@ def column(rule: str, bits: int, A: int) -> Tally:
     if not reached.any():
         return Tally()
     B, C = B[reached], C[reached]
-    table = sequences.step_table(sequence, ANGLE_BITS)
-    kernel = kernels.implicit_root_free if rule == "root-free" else kernels.implicit
+    table = shift_sequences.step_table(sequence, ANGLE_BITS)
+    kernel = micro_rotations.implicit_root_free if rule == "root-free" else micro_rotations.implicit
     start_x, start_y, target = (v << GUARD_BITS for v in (np.full_like(B, A), B, C))
     x, _, _, z = kernel(start_x, start_y, target, np.zeros_like(B), table)
     t, x = np.ldexp(z.astype(np.float64), -ANGLE_BITS), np.ldexp(x / sequence.gain, -GUARD_BITS)

@@ -26,18 +26,18 @@ from pathlib import Path
 import numpy as np
 
 import cordicc
-from cordicc.arith.cau import implicit_table, standard_table
-from cordicc.arith.compiled import available, compiled_arithmetic
-from cordicc.arith.floating import TAU_HEAD, TAU_TAIL
-from cordicc.arith.formats import PI_SLACK
-from cordicc.arith.machine import Arithmetic
-from cordicc.arith.reduction import SCALE_BITS
-from cordicc.arith.sequences import FACTOR_BITS, pi_fixed
+from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic
+from cordicc.arith.kernels.reduction import SCALE_BITS
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, pi_fixed
+from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL
+from cordicc.arith.numbers.formats import PI_SLACK
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.arith.unit.cau import implicit_table, standard_table
 from cordicc.emulate import functional
-from cordicc.emulate.sampling import draw
-from cordicc.observation import machine_of
-from cordicc.plan import Operand, dependence_order
-from cordicc.targets.model import CAU_KINDS
+from cordicc.emulate.observation import machine_of
+from cordicc.ir.sampling import draw
+from cordicc.plan.model import Operand, dependence_order
+from cordicc.targets.target import CAU_KINDS
 
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
 HAND_WRITTEN = Path(__file__).with_name("hand_written.c")
@@ -192,7 +192,7 @@ def hand_written(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[
 
 
 def c_model(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[[], Answer]:
-    from cordicc.backends import c_model as backend
+    from cordicc.backends.c import c_model as backend
 
     files = backend.files(plan)
     for name, text in files.items():
@@ -259,7 +259,7 @@ def main() -> int:
             runs: dict[str, Callable[[], Answer]] = {"NumPy": _emulator(plan, machine, samples)}
             if available():
                 runs["numba"] = _emulator(plan, compiled_arithmetic(machine), samples)
-            if shutil.which("cc") and find_spec("cordicc.backends.c_model"):
+            if shutil.which("cc") and find_spec("cordicc.backends.c.c_model"):
                 runs["C model"] = c_model(folder, plan, samples)
             if shutil.which("cc"):
                 runs["C by hand"] = hand_written(folder, plan, samples)

@@ -9,7 +9,7 @@ the ratio to the time of half as many: about 2 where the growth is linear.
 import time
 from itertools import pairwise
 
-from cordicc.diagnostics import Source
+from cordicc.base.diagnostics import Source
 from cordicc.frontend.load import parse_problem
 
 COUNTS = (400, 800, 1600, 3200)

@@ -14,14 +14,14 @@ import argparse
 import time
 from pathlib import Path
 
-from cordicc.checks import check_meaning, input_intervals
+from cordicc.frontend.domain import check_meaning, input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
-from cordicc.rewrite.base import Context
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.costs import UNITS, Costs
-from cordicc.rewrite.passes import default_passes
-from cordicc.targets.model import load_target
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.search.costs import UNITS, Costs
+from cordicc.targets.target import load_target
 
 ROOT = Path(__file__).resolve().parents[1]
 

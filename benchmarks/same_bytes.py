@@ -4,8 +4,9 @@
     python benchmarks/same_bytes.py write after             # with the other one
     python benchmarks/same_bytes.py compare before after    # exit status 1 if any file differs
 
-Every problem of the corpus and the examples is compiled for each target at each interval, with the C model, in a process of
-its own, as a user would; the pictures, the graph among them, are drawn. What a run says and its exit status are kept too.
+Every problem of the corpus and the examples is compiled for each target at each interval, with the C model,
+in a process of its own, as a user would; the pictures, the graph among them, are drawn. What a run says and
+its exit status are kept too.
 """
 
 import sys
@@ -37,11 +38,11 @@ def write(folder: Path, problems: tuple[Path, ...], effort: str, jobs: int) -> N
     chosen = problems or (*sorted(ROOT.glob("tests/corpus/*.yaml")), *sorted(ROOT.glob("examples/*.yaml")))
     cases = list(product(chosen, TARGETS, INTERVALS))
     with ThreadPoolExecutor(jobs) as pool:
-        failed = sum(pool.map(lambda case: _compiled(folder, *case, effort), cases))
+        failed = sum(pool.map(lambda case: _compiled(folder, *case, effort=effort), cases))
     print(f"{len(cases)} compilations, {failed} of them refused")
 
 
-def _compiled(folder: Path, problem: Path, target: str, interval: int, effort: str) -> bool:
+def _compiled(folder: Path, problem: Path, target: str, interval: int, *, effort: str) -> bool:
     """Whether one problem was refused; its files are in a folder named after the case."""
     place = folder.resolve() / f"{problem.parent.name}.{problem.stem}" / f"{target}.{interval}"
     place.mkdir(parents=True, exist_ok=True)
@@ -56,7 +57,9 @@ def _compiled(folder: Path, problem: Path, target: str, interval: int, effort: s
 
 
 def _told(arguments: list[str], folder: Path) -> str:
-    done = run([sys.executable, "-m", "cordicc", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    done = run(
+        [sys.executable, "-m", "cordicc", *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
     return f"exit status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
@@ -65,7 +68,9 @@ def _told(arguments: list[str], folder: Path) -> str:
 @click.argument("after", type=click.Path(path_type=Path, file_okay=False, exists=True))
 def compare(before: Path, after: Path) -> None:
     """Compare all files below BEFORE with those below AFTER."""
-    names = sorted({str(path.relative_to(top)) for top in (before, after) for path in top.rglob("*") if path.is_file()})
+    names = sorted(
+        {str(path.relative_to(top)) for top in (before, after) for path in top.rglob("*") if path.is_file()}
+    )
     same: Counter[str] = Counter()
     different: Counter[str] = Counter()
     for name in names:

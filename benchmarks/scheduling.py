@@ -20,21 +20,22 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from cordicc.diagnostics import Unattainable
-from cordicc.emulate import cycle, functional, sampling
-from cordicc.explore import as_text, explore, workers
-from cordicc.observation import machine_of
+from cordicc.base.diagnostics import Unattainable
+from cordicc.emulate import cycle, functional
+from cordicc.emulate.observation import machine_of
+from cordicc.ir import sampling
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan import Plan
-from cordicc.schedule.bounds import latency_bound
-from cordicc.schedule.engine import Effort, solve
-from cordicc.schedule.goals import FIFO_WORDS, LATENCY
-from cordicc.schedule.modulo_list import list_schedule
-from cordicc.schedule.network import network
+from cordicc.plan.model import Plan
+from cordicc.plan.verify import verify
 from cordicc.schedule.place import place, scheduling_problem
-from cordicc.schedule.problem import SchedulingProblem, Task, Value
 from cordicc.schedule.request import MULTIPLIERS, PROCESSORS, Limits
-from cordicc.schedule.verify import verify
+from cordicc.schedule.solver.dependences import network
+from cordicc.schedule.solver.engine import Effort, solve
+from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY
+from cordicc.schedule.solver.latency_bounds import latency_bound
+from cordicc.schedule.solver.modulo_list import list_schedule
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, Value
+from cordicc.studies.trade_off import as_text, explore, workers
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERVALS = (1, 2, 4, 8, 16)

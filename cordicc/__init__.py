@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cordicc.api import Plan, check, compile, load_plan
-    from cordicc.diagnostics import CordiccError, InvalidInput, Unattainable
+    from cordicc.base.diagnostics import CordiccError, InvalidInput, Unattainable
     from cordicc.ir.problem import Problem
 
 __version__ = "0.1.0"
@@ -32,11 +32,11 @@ __all__ = [
 ]
 
 _HOMES = {
-    "CordiccError": "cordicc.diagnostics",
-    "InvalidInput": "cordicc.diagnostics",
+    "CordiccError": "cordicc.base.diagnostics",
+    "InvalidInput": "cordicc.base.diagnostics",
     "Plan": "cordicc.api",
     "Problem": "cordicc.ir.problem",
-    "Unattainable": "cordicc.diagnostics",
+    "Unattainable": "cordicc.base.diagnostics",
     "check": "cordicc.api",
     "compile": "cordicc.api",
     "load_plan": "cordicc.api",

@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cordicc import pipeline
-from cordicc.backends import raster
-from cordicc.backends.diagram import PAGE_WIDTH
 from cordicc.backends.labels import headline
-from cordicc.backends.report import fragment
-from cordicc.diagnostics import Diagnostic, InvalidInput
+from cordicc.backends.pictures import raster
+from cordicc.backends.pictures.diagram import PAGE_WIDTH
+from cordicc.backends.report.page import fragment
+from cordicc.base.diagnostics import Diagnostic, InvalidInput
+from cordicc.base.files import read_text, write_file
 from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
-from cordicc.files import read_text, write_file
+from cordicc.emulate.observation import machine_of
 from cordicc.ir.problem import Problem
-from cordicc.observation import machine_of
-from cordicc.plan import Plan as PlanData
-from cordicc.plan_json import dump, parse
+from cordicc.plan.file import dump, parse
+from cordicc.plan.model import Plan as PlanData
 from cordicc.schedule.request import Limits
-from cordicc.targets.model import DEFAULT_TARGET
+from cordicc.targets.target import DEFAULT_TARGET
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,38 +11,38 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cordicc.arith.fixed_system import FixedSystem
-from cordicc.checks import check_domain, check_meaning, input_intervals
-from cordicc.copies import replicated
-from cordicc.diagnostics import Diagnostic, InvalidInput, Unattainable
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate import sampling
+from cordicc.emulate.observation import DEFAULT_SEED, machine_of, observe, with_warnings
+from cordicc.frontend.domain import check_domain, check_meaning, input_intervals
 from cordicc.frontend.load import LoadedProblem, load_problem
+from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.ir.verify import verify as verify_graph
-from cordicc.observation import DEFAULT_SEED, machine_of, observe, with_warnings
-from cordicc.plan import Plan, Selection
-from cordicc.plan_check import check_formats, check_operations, check_problem, check_sizes
-from cordicc.plan_json import dump
-from cordicc.record import UNIT_PROGRAM, problem_data
-from cordicc.rewrite.base import Context
+from cordicc.ir.well_formed import verify as verify_graph
+from cordicc.plan.assemble import assemble
+from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes
+from cordicc.plan.copies import replicated
+from cordicc.plan.file import dump
+from cordicc.plan.model import Plan, Selection
+from cordicc.plan.problem_record import UNIT_PROGRAM, problem_data
+from cordicc.plan.verify import verify as verify_plan
+from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, checked, exceptions, widened
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.costs import Costs
-from cordicc.rewrite.passes import default_passes
-from cordicc.schedule.assemble import assemble
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
-from cordicc.schedule.verify import verify as verify_plan
-from cordicc.targets.model import DEFAULT_TARGET, Target, load_target
 from cordicc.targets.sized import most_guard_bits
-from cordicc.within_error import TooInaccurate, allowed_errors, checked, exceptions, widened
+from cordicc.targets.target import DEFAULT_TARGET, Target, load_target
 
 if TYPE_CHECKING:
-    from cordicc.backends.diagram import Diagram
-    from cordicc.backends.report import Explored
+    from cordicc.backends.pictures.diagram import Diagram
+    from cordicc.backends.report.page import Explored
 
 MAX_OPERATIONS, MAX_INPUTS = 5_000, 1_000
 """Operations and inputs of which a plan is made at the most; beyond, it would take minutes."""
@@ -67,7 +67,7 @@ class Options:
     certify: bool | None = None
     """Derive proven error bounds; by default on fixed-point targets. A `max_error` asks for them anyway."""
     copies: int = 1
-    """Instances of the problem that share the units, see `cordicc.copies`."""
+    """Instances of the problem that share the units, see `cordicc.plan.copies`."""
     effort: float = 1.0
     """The work of searches, as a multiple of the usual; more proves more, and may find less hardware."""
 
@@ -227,8 +227,8 @@ def _assembled(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnosti
             selection=selection,
         )
         return checked(plan), warnings
-    from cordicc.guard_bits import fewest_guard_bits
-    from cordicc.word_lengths import formats, magnitudes
+    from cordicc.precision.binary_points import formats, magnitudes
+    from cordicc.precision.guard_bits import fewest_guard_bits
 
     held = magnitudes(loaded.problem, loaded.source, graph)
     warnings = (*warnings, *held.warnings)
@@ -294,7 +294,8 @@ def pass_names() -> tuple[str, ...]:
 
 def artefacts(plan: Plan) -> dict[str, str]:
     """Return the files of an output folder, by name."""
-    from cordicc.backends import datapath, schedule_chart, script
+    from cordicc.backends import script
+    from cordicc.backends.pictures import datapath, schedule_chart
 
     drawn = datapath.diagram(plan)
     texts = (
@@ -309,15 +310,15 @@ def artefacts(plan: Plan) -> dict[str, str]:
 
 def report_page(plan: Plan, explored: Explored | None = None, drawn: Diagram | None = None) -> str:
     """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
-    from cordicc.backends import report
-    from cordicc.typesetting import typeset
+    from cordicc.backends.report import page
+    from cordicc.backends.report.typesetting import typeset
 
-    return report.render(plan, typeset, explored, drawn)
+    return page.render(plan, typeset, explored, drawn)
 
 
 def picture(plan: Plan, view: str, width: float | None = None) -> str:
     """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
-    from cordicc.backends import datapath, graph_view, schedule_chart
+    from cordicc.backends.pictures import datapath, graph_view, schedule_chart
 
     if view == "schedule":
         return schedule_chart.render(plan)

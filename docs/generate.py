@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from cordicc import pipeline
-from cordicc.backends.diagram import PAGE_WIDTH
 from cordicc.backends.labels import headline
-from cordicc.codes import CODES, HELP, UNATTAINABLE
-from cordicc.diagnostics import InvalidInput, Source
+from cordicc.backends.pictures.diagram import PAGE_WIDTH
+from cordicc.base.codes import CODES, HELP, UNATTAINABLE
+from cordicc.base.diagnostics import InvalidInput, Source
 from cordicc.frontend.load import parse_problem
-from cordicc.plan_json import schema
+from cordicc.plan.file import schema
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"

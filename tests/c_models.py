@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cordicc.arith.fixed_point import fraction_bits_for
-from cordicc.backends import c_model
+from cordicc.arith.numbers.fixed_point import fraction_bits_for
+from cordicc.backends.c import c_model
 from cordicc.emulate import functional
+from cordicc.emulate.observation import machine_of
 from cordicc.ir.ops import GUARD_CONDITIONS, OPS, Level
-from cordicc.observation import machine_of
-from cordicc.plan import Formats, Operand, Operation, Plan
+from cordicc.plan.model import Formats, Operand, Operation, Plan
 
 COMPILER = shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler 'cc'")

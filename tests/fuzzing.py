@@ -17,12 +17,13 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from cordicc import pipeline
-from cordicc.codes import CODES
-from cordicc.diagnostics import InvalidInput, Unattainable
-from cordicc.emulate import cycle, functional, sampling
-from cordicc.frontend.syntax import FUNCTIONS
-from cordicc.observation import machine_of
-from cordicc.plan_json import dump, parse
+from cordicc.base.codes import CODES
+from cordicc.base.diagnostics import InvalidInput, Unattainable
+from cordicc.emulate import cycle, functional
+from cordicc.emulate.observation import machine_of
+from cordicc.expressions.syntax import FUNCTIONS
+from cordicc.ir import sampling
+from cordicc.plan.file import dump, parse
 
 Text = str
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cordicc.plan import Operand, Operation, Plan
+from cordicc.plan.model import Operand, Operation, Plan
 from tests import plans_for_tests as plans
 
 HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300

@@ -6,7 +6,7 @@ import random
 from dataclasses import dataclass, field
 from typing import Any
 
-from cordicc.plan import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 
 LATENCY = {"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 3, "shift": 0, "sign": 0}
 KIND = {

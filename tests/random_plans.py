@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from cordicc.arith.formats import Signal
-from cordicc.plan import Operand, Operation, Plan, Unit
+from cordicc.arith.numbers.formats import Signal
+from cordicc.plan.model import Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
-from cordicc.schedule.problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
 
 PORTS = ("x", "y", "z")
 RESULTS = ("norm", "angle")

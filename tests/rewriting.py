@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cordicc.checks import check_meaning, input_intervals
+from cordicc.frontend.domain import check_meaning, input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
-from cordicc.ir.reference import evaluate
-from cordicc.ir.verify import verify
-from cordicc.rewrite.base import Context
+from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.costs import UNITS, Costs
-from cordicc.rewrite.passes import default_passes
-from cordicc.targets.model import load_target
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.search.costs import UNITS, Costs
+from cordicc.targets.target import load_target
 
 KINEMATIC = load_target("kinematic")
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.formats import SINGLE
+from cordicc.arith.numbers.formats import SINGLE
+from cordicc.arith.unit.cau import Cau
 
 
 class SingleUnit:

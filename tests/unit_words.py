@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cordicc.arith.cau import Cau
+from cordicc.arith.unit.cau import Cau
 
 UNITS = {
     "24-stage": Cau(29, 24, "single-rotation", 24, 32),

@@ -1,1 +1,1 @@
-"""Numbers: formats, shift sequences, micro-rotations, the arithmetic units, and intervals."""
+"""CORDIC arithmetic, bit by bit: number formats, shift sequences, micro-rotations, units and their bounds."""

@@ -1,1 +1,1 @@
-"""The artefacts of a plan, one module each, with `render(plan) -> str`."""
+"""Artefacts of a plan, a folder for each kind. What several of them share stands here."""

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from cordicc.backends.palette import LOOKS
-from cordicc.plan import Fifo, Operand, Operation, Plan
+from cordicc.plan.model import Fifo, Operand, Operation, Plan
 
 SYMBOLS = {
     "add": "+", "sub": "−", "mul": "×", "neg": "−1×", "abs": "|a|", "sign": "sgn", "min": "min", "max": "max",

@@ -1,1 +1,1 @@
-"""certify."""
+"""Proven bounds of the errors of outputs."""

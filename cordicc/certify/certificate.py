@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.certify.boxes import Boxes, Floats
-from cordicc.certify.network import Network, Step
+from cordicc.certify.error_network import Network, Step
 from cordicc.certify.predicates import Predicate, margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import Forward, errors, forward, least_square

@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.machine import Arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.certify.boxes import Floats
 from cordicc.certify.certificate import Bound, certify
-from cordicc.certify.network import Network, network
+from cordicc.certify.error_network import Network, network
+from cordicc.certify.own_bounds import inside, own_bounds
 from cordicc.certify.predicates import OWN_BOUND, Predicate, singular
-from cordicc.certify.samples import inside, own_bounds
 from cordicc.certify.twins import twins
-from cordicc.emulate import functional, sampling
+from cordicc.emulate import functional
+from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from cordicc.plan import Plan
-from cordicc.record import UNIT_PROGRAM
+from cordicc.plan.model import Plan
+from cordicc.plan.problem_record import UNIT_PROGRAM
 
 SAMPLES = 10_000
 """Of which the plan states the share that is inside, with seed 0; thresholds follow from the first ones."""

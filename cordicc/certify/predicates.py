@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.certify.models import CHOOSER
-from cordicc.certify.network import Network, Step
+from cordicc.certify.error_network import Network, Step
+from cordicc.certify.operator_models import CHOOSER
 from cordicc.certify.sweep import Forward, errors
 
 OWN_BOUND = "own bound"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.arith.intervals import Interval
 from cordicc.certify.boxes import Boxes, Floats
+from cordicc.ir.meaning.enclose import Interval
 
 _BATCH = 1536
 """Boxes evaluated at once: enough to hide the cost of a NumPy call."""

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.fixed_point import FixedPoint
-from cordicc.arith.formats import NumberFormat
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.certify.boxes import Boxes, Floats, point, up
-from cordicc.certify.models import CHOOSER, local, margin_slopes, margin_square
-from cordicc.certify.network import Constant, Network, Step, rounding
+from cordicc.certify.error_network import Constant, Network, Step, rounding
+from cordicc.certify.operator_models import CHOOSER, local, margin_slopes, margin_square
 from cordicc.certify.unit_models import Local
 
 

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cordicc.certify.certificate import Bound
-from cordicc.certify.network import Constant, Network, Step
+from cordicc.certify.error_network import Constant, Network, Step
 from cordicc.certify.predicates import OWN_BOUND, margin
 
 

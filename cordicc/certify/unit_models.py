@@ -25,9 +25,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.implicit_bounds import implicit_bound
-from cordicc.arith.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
+from cordicc.arith.unit.cau import Cau
+from cordicc.arith.unit.implicit_bounds import implicit_bound
+from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
 from cordicc.certify.boxes import (
     PI_UP,
     TAU_UP,
@@ -44,7 +44,7 @@ from cordicc.certify.boxes import (
     sinh,
     up,
 )
-from cordicc.certify.network import Step
+from cordicc.certify.error_network import Step
 
 _UNDERFLOW = 2.0**-500
 """Results of a unit below 2^-511 are 0."""

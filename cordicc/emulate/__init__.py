@@ -1,1 +1,1 @@
-"""Emulation of a plan: `functional` for what it computes, `cycle` for how, clock by clock."""
+"""Running plans, bit-true: functional, or clock by clock; files of samples; what is seen of errors."""

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.emulate.screening import screen
 from cordicc.ir.graph import Graph, Node
+from cordicc.ir.meaning.doubles import screen
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.intervals import Interval
+from cordicc.ir.meaning.enclose import Interval
 
 Floats = NDArray[np.float64]
 Points = dict[str, Floats]

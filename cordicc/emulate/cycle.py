@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cordicc.arith.formats import FloatArray, Signal
-from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, prepare
-from cordicc.plan import Fifo, Operand, Operation, Plan, dependence_order
+from cordicc.arith.numbers.formats import FloatArray, Signal
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.plan.model import Fifo, Operand, Operation, Plan, dependence_order
 
 _LANE_SAMPLES = 32
 _MOST_LANES = 8192

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.intervals import Interval
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.histogram import Worst, angular
-from cordicc.emulate.screening import screen
-from cordicc.emulate.streaming import Outputs, Samples
+from cordicc.emulate.long_run import Outputs, Samples
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import evaluate
+from cordicc.ir.meaning.doubles import screen
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
 
 Floats = NDArray[np.float64]
 

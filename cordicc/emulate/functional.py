@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cordicc.arith.compiled import available, compiled_arithmetic, is_compiled
-from cordicc.arith.formats import FloatArray, Signal
-from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, Outputs, constant_signal, deliver, prepare
-from cordicc.plan import Operand, Operation, Plan, dependence_order
-from cordicc.targets.model import CAU_KINDS
+from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic, is_compiled
+from cordicc.arith.numbers.formats import FloatArray, Signal
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.plan.model import Operand, Operation, Plan, dependence_order
+from cordicc.targets.target import CAU_KINDS
 
 _BLOCK_SAMPLES = 16384
 """Enough to hide the cost of a NumPy call, few enough for the words to stay in the cache."""

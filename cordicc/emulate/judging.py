@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.ir.graph import Graph
-from cordicc.ir.reference import evaluate
+from cordicc.ir.meaning.reference import evaluate
 
 Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]

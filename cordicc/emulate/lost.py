@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cordicc.arith.machine import Arithmetic
-from cordicc.emulate.stream import Formats, constant_signal, prepare
-from cordicc.plan import Operation, Plan, dependence_order
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.plan.model import Operation, Plan, dependence_order
 
 
 def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float]) -> Operation | None:

@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 from vcd import VCDWriter
 from vcd.writer import Variable
 
-from cordicc.arith.fixed_point import FixedPoint
-from cordicc.arith.machine import Arithmetic
-from cordicc.diagnostics import Diagnostic, Unattainable
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
-from cordicc.emulate.sampling import draw_parts
-from cordicc.emulate.stream import Formats, constant_signal, prepare
-from cordicc.emulate.tables import Columns, read_table
-from cordicc.plan import Operation, Plan, Unit
+from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.sample_tables import Columns, read_table
+from cordicc.ir.sampling import draw_parts
+from cordicc.plan.model import Operation, Plan, Unit
 
 MOST_SIGNAL_CYCLES = 20_000_000
 """Signals times cycles; larger waveforms are refused."""

@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.files import failure
+from cordicc.base.files import failure
 
 Write = Callable[[Mapping[str, NDArray[Any]]], None]
 

@@ -7,18 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cordicc.arith.intervals import Interval
-from cordicc.diagnostics import Report, Span
-from cordicc.frontend.lexer import ExpressionError
+from cordicc.base.diagnostics import Report, Span
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import RELATIONS, parse_relation
+from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
 from cordicc.frontend.numeric import evaluate
 from cordicc.frontend.reading import wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
-from cordicc.frontend.syntax import RELATIONS, parse_relation
-from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 from cordicc.ir.graph import Graph, Value
+from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.problem import Assumption, InputSpec, SampleTable
-from cordicc.ir.ranges import value_ranges
+from cordicc.ir.ranges.forward import value_ranges
 
 _TOLERANCE = 1e-6
 

@@ -9,15 +9,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
-from cordicc.files import read_bytes
-from cordicc.frontend.alternatives import ALL, with_alternatives
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.base.files import read_bytes
+from cordicc.expressions.lexer import MAX_NAME, ExpressionError
+from cordicc.expressions.syntax import names, parse_expression
 from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
 from cordicc.frontend.degrees import in_degrees
-from cordicc.frontend.equations import SPLIT, Defined, define_equations
-from cordicc.frontend.items import parse_equations
-from cordicc.frontend.lexer import MAX_NAME, ExpressionError
+from cordicc.frontend.document.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.outputs import OutputReader
+from cordicc.frontend.plain.alternatives import ALL, with_alternatives
+from cordicc.frontend.plain.define import SPLIT, Defined, define_equations
+from cordicc.frontend.read_items import parse_equations
 from cordicc.frontend.reading import (
     check_keys,
     check_name,
@@ -28,12 +30,10 @@ from cordicc.frontend.reading import (
 )
 from cordicc.frontend.samples import read_samples
 from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, TooManyError
-from cordicc.frontend.syntax import names, parse_expression
-from cordicc.frontend.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
-from cordicc.frontend.zero import ZeroTest
+from cordicc.frontend.solving.zero import ZeroTest
 from cordicc.ir.graph import Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
-from cordicc.plan import FORMAT
+from cordicc.plan.model import FORMAT
 
 KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
 MAX_DESCRIPTION = 10_000

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cordicc.frontend.lexer import ExpressionError
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import Call, Expr, Name, Neg, Number, Power, Product, Sum, Vector, postorder
 from cordicc.frontend.scope import Scope, Text
-from cordicc.frontend.syntax import Call, Expr, Name, Neg, Number, Power, Product, Sum, Vector, postorder
-from cordicc.ir.fold import FoldError, fold
 from cordicc.ir.graph import Builder, Param, Value
+from cordicc.ir.meaning.exact import FoldError, fold
 
 MAX_EXPONENT = 64
 INVERSE_CIRCULAR = frozenset({"asin", "acos", "atan", "atan2"})

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from cordicc.diagnostics import InvalidInput, Report, Source, Span
+from cordicc.base.diagnostics import InvalidInput, Report, Source, Span
+from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.reading import read_constant
 from cordicc.frontend.scope import Scope
-from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 from cordicc.ir.graph import Builder
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 from heapq import heappop, heappush
 
-from cordicc.frontend.equations import Defined
+from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import emit
+from cordicc.frontend.plain.define import Defined
 from cordicc.frontend.reading import check_keys, read_boolean, read_constant, read_mapping, wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, did_you_mean
-from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 from cordicc.ir.graph import Value
 from cordicc.ir.problem import OutputSpec
 

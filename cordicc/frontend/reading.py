@@ -6,13 +6,13 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 
-from cordicc.diagnostics import Report
-from cordicc.frontend.lexer import MAX_NAME, ExpressionError
+from cordicc.base.diagnostics import Report
+from cordicc.expressions.lexer import MAX_NAME, ExpressionError
+from cordicc.expressions.syntax import parse_expression
+from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
+from cordicc.frontend.physical_units import unit_factor
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
-from cordicc.frontend.syntax import parse_expression
-from cordicc.frontend.units import unit_factor
-from cordicc.frontend.yamltree import NodeKind, Places, YamlNode
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BOOLEANS = {"true": True, "false": False}

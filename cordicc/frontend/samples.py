@@ -8,9 +8,9 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from cordicc.diagnostics import Report
+from cordicc.base.diagnostics import Report
+from cordicc.frontend.document.yamltree import NodeKind, YamlNode
 from cordicc.frontend.reading import wanted
-from cordicc.frontend.yamltree import NodeKind, YamlNode
 from cordicc.ir.problem import InputSpec, SampleTable
 
 MAX_SAMPLE_BYTES = 64 << 20

@@ -8,12 +8,12 @@ from difflib import get_close_matches
 from fractions import Fraction
 from itertools import islice
 
-from cordicc.diagnostics import Report, Span
-from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.syntax import CONSTANT_NAMES, FUNCTIONS, Name, Place
-from cordicc.frontend.yamltree import Places, YamlNode
-from cordicc.ir.fold import DEG, PI
+from cordicc.base.diagnostics import Report, Span
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import CONSTANT_NAMES, FUNCTIONS, Name, Place
+from cordicc.frontend.document.yamltree import Places, YamlNode
 from cordicc.ir.graph import Builder, Param, Value
+from cordicc.ir.meaning.exact import DEG, PI
 
 MAX_ERRORS = 100
 MAX_MADE = 50_000

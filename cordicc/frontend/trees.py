@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.scope import FileText, Text
-from cordicc.frontend.syntax import (
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import (
     Call,
     Expr,
     Name,
@@ -21,6 +20,7 @@ from cordicc.frontend.syntax import (
     children,
     postorder,
 )
+from cordicc.frontend.scope import FileText, Text
 
 MAX_TREE = 20_000
 """Nodes of the longest expression that expansion may make."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
-from cordicc.diagnostics import Diagnostic, InvalidInput, Source, Span
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source, Span
 from cordicc.ir.graph import Graph, Node, Param, Value
 from cordicc.ir.ops import OPS
 

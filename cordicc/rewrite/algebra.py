@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from cordicc.ir.fold import FoldError, fold
 from cordicc.ir.graph import Builder, Param, Value, factored
+from cordicc.ir.meaning.exact import FoldError, fold
 from cordicc.ir.ops import OPS, Level
 
 _ODD = ("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh")

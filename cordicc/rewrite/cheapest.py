@@ -8,16 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cordicc.ir.graph import Graph, Node, Value
+from cordicc.ir.meaning.roundings import errors
 from cordicc.ir.problem import Problem
-from cordicc.ir.verify import verify
-from cordicc.rewrite.base import Context
-from cordicc.rewrite.conditioning import errors
-from cordicc.rewrite.costs import Costs, of_graph
-from cordicc.rewrite.filling import sample_points
+from cordicc.ir.well_formed import verify
 from cordicc.rewrite.numeric import Floats, Results, evaluate
-from cordicc.rewrite.passes import default_passes
-from cordicc.rewrite.search import Realisations
-from cordicc.rewrite.standard import StandardChains
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.standard_chains import StandardChains
+from cordicc.rewrite.search.costs import Costs, of_graph
+from cordicc.rewrite.search.realisations import Realisations
+from cordicc.rewrite.search.start import sample_points
 
 _POINTS = 1000
 _TRIES = 12

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.decimals import double_shift, nearest_double
+from cordicc.arith.numbers.decimals import double_shift, nearest_double
 from cordicc.ir.graph import Graph, Node, Param
 
 Floats = NDArray[np.float64]

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.diagnostics import Diagnostic, Report, Source, Unattainable
+from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
 from cordicc.schedule.binding import Wiring, bind
-from cordicc.schedule.engine import Effort, solve
-from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal
-from cordicc.schedule.problem import CyclicError, Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.solver.engine import Effort, solve
+from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
+from cordicc.schedule.solver.scheduling_problem import CyclicError, Schedule, SchedulingProblem, Task, Value
 
 MAX_OPERATIONS = 200_000
 MAX_EDGES = 1_000_000

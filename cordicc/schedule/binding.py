@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from cordicc.plan import Fifo, Operation
+from cordicc.plan.model import Fifo, Operation
 
 _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from cordicc.plan import ControlWord, Fifo, Operand, Operation, Unit
+from cordicc.plan.model import ControlWord, Fifo, Operand, Operation, Unit
 
 
 def controlled(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cordicc.plan import Fifo
-from cordicc.schedule.problem import Schedule, SchedulingProblem, Sink, waits
+from cordicc.plan.model import Fifo
+from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Sink, waits
 
 
 def delays(problem: SchedulingProblem, schedule: Schedule, widths: Mapping[str, int]) -> tuple[Fifo, ...]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from cordicc.arith.machine import Arithmetic
-from cordicc.plan import Fifo, Operand, Operation, Plan, Unit
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 from cordicc.schedule.binding import Binding, bind, wiring
 from cordicc.schedule.control import controlled
 from cordicc.schedule.delays import delays
-from cordicc.schedule.problem import OUT, SchedulingProblem, Sink, Task, Value
 from cordicc.schedule.request import Limits, goals, scheduled
-from cordicc.targets.model import CAU_KINDS
+from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Sink, Task, Value
+from cordicc.targets.target import CAU_KINDS
 
 _FIGURES = ("processors", "latency", "fifo_words")
 

@@ -8,12 +8,12 @@ from fractions import Fraction
 from math import lcm
 from typing import Any
 
-from cordicc.diagnostics import Diagnostic, Unattainable
-from cordicc.schedule.engine import Effort, solve
-from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal, units_used
-from cordicc.schedule.network import network
-from cordicc.schedule.problem import OUT, InfeasibleError, Schedule, SchedulingProblem
-from cordicc.targets.model import CAU_KINDS, Target
+from cordicc.base.diagnostics import Diagnostic, Unattainable
+from cordicc.schedule.solver.dependences import network
+from cordicc.schedule.solver.engine import Effort, solve
+from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal, units_used
+from cordicc.schedule.solver.scheduling_problem import OUT, InfeasibleError, Schedule, SchedulingProblem
+from cordicc.targets.target import CAU_KINDS, Target
 
 PROCESSORS = Goal("processors", units=dict.fromkeys(CAU_KINDS, 1))
 MULTIPLIERS = Goal("mul", units={"mul": 1})

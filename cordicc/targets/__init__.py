@@ -1,1 +1,1 @@
-"""Targets: the hardware a plan is made for."""
+"""Targets: the hardware that a plan is made for, one YAML file each, their reading and their sizes."""

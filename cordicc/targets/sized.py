@@ -1,7 +1,7 @@
 """What a fixed-point target leaves open, filled in: guard bits, and the sizes of its CORDIC units.
 
 A target says `auto` where a figure follows from others.  Guard bits are the compiler's choice; given them,
-`cordicc.arith.sizing` sizes each unit so that its proven error stays within 1 ulp of a word between
+`cordicc.arith.unit.sizing` sizes each unit so that its proven error stays within 1 ulp of a word between
 operations, and latency, adders and area follow.
 """
 
@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from cordicc.arith.cau import EXPONENT_BITS, INTEGER_BITS, Cau
-from cordicc.arith.sizing import size_unit
+from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
+from cordicc.arith.unit.sizing import size_unit
 
 AUTO = "auto"
 

@@ -9,7 +9,7 @@ import pytest
 
 from cordicc import pipeline
 from cordicc.pipeline import Options
-from cordicc.plan import Plan
+from cordicc.plan.model import Plan
 from cordicc.schedule.request import Limits
 from tests.browser.chromium import Page, browser, why_not
 from tests.browser.drawn_plans import plan_of

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cordicc import pipeline
 from cordicc.pipeline import Options
-from cordicc.plan import Plan
+from cordicc.plan.model import Plan
 from cordicc.schedule.request import Limits
 from tests import plans_for_tests as plans
 from tests.hard_plans import ALL

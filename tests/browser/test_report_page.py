@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.backends import wiring
-from cordicc.plan import Plan
+from cordicc.backends.pictures import wiring
+from cordicc.plan.model import Plan
 from tests.browser.chromium import Page, script
 
 LIT = script("lit")

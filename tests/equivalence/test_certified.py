@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.certify.network import network
+from cordicc.certify.error_network import network
+from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import bounds_of
-from cordicc.certify.samples import inside
-from cordicc.emulate import functional, sampling
+from cordicc.emulate import functional
+from cordicc.emulate.observation import exact, machine_of
+from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from cordicc.observation import exact, machine_of
-from cordicc.record import UNIT_PROGRAM
+from cordicc.plan.problem_record import UNIT_PROGRAM
 from tests.equivalence.test_corpus import CORPUS, PROBLEMS, compiled, table
 
 LEAST_SHARE = 0.99

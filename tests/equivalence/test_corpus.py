@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cordicc
-from cordicc.diagnostics import InvalidInput
+from cordicc.base.diagnostics import InvalidInput
 from cordicc.pipeline import Options, plan_file
 
 CORPUS = Path(__file__).resolve().parents[1] / "corpus"

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.arith.implicit_bounds import implicit_bound
-from cordicc.arith.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
-from cordicc.emulate.stream import Formats, constant_signal, prepare
+from cordicc.arith.unit.implicit_bounds import implicit_bound
+from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
+from cordicc.emulate.observation import machine_of
+from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
-from cordicc.ir.reference import evaluate
-from cordicc.observation import machine_of
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan import dependence_order
+from cordicc.plan.model import dependence_order
 from tests.equivalence.test_corpus import CORPUS, PROBLEMS, table
 
 ROWS = 50

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.codes import CODES
-from cordicc.diagnostics import InvalidInput
+from cordicc.base.codes import CODES
+from cordicc.base.diagnostics import InvalidInput
 from cordicc.frontend.load import load_problem
 
 CASES = sorted((Path(__file__).parent / "cases").glob("*.yaml"))

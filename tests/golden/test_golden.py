@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 
 import cordicc
-from cordicc.backends import datapath
-from cordicc.cli import main
+from cordicc.backends.pictures import datapath
+from cordicc.cli.main import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 CASES = {

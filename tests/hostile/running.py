@@ -24,10 +24,10 @@ ADDRESS_SPACE = 6 << 30
 CPU_SECONDS = 120
 
 _PRELOADED = [
-    "cordicc.cli",
+    "cordicc.cli.main",
     "cordicc.pipeline",
     "cordicc.api",
-    "cordicc.cli_simulate",
+    "cordicc.cli.simulate",
     "tests.hostile.running",
 ]
 _CONTEXT = multiprocessing.get_context("forkserver")
@@ -87,7 +87,7 @@ def _run(arguments: list[str], folder: str, record: str, cpu_seconds: int) -> No
     resource.setrlimit(resource.RLIMIT_CPU, (int(start) + cpu_seconds, int(start) + cpu_seconds + 5))
     status = 3
     try:
-        from cordicc.cli import main
+        from cordicc.cli.main import main
 
         main(arguments, prog_name="cordicc")
     except SystemExit as ended:

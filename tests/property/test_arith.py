@@ -8,12 +8,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cordicc.arith.floating import SingleSystem, wrapped
-from cordicc.arith.formats import SINGLE
-from cordicc.arith.intervals import Interval, evaluate
+from cordicc.arith.numbers.floating import SingleSystem, wrapped
+from cordicc.arith.numbers.formats import SINGLE
 from cordicc.ir.graph import Builder, Value
+from cordicc.ir.meaning.enclose import Interval, evaluate
+from cordicc.ir.meaning.reference import evaluate as reference
 from cordicc.ir.ops import OPS, Level
-from cordicc.ir.reference import evaluate as reference
 from tests.single_unit import SingleUnit
 
 SYSTEM = SingleSystem()

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cordicc.arith.fixed_point import ROUNDINGS, FixedPoint
-from cordicc.arith.fixed_system import FixedSystem
-from cordicc.arith.formats import Signal
+from cordicc.arith.numbers.fixed_point import ROUNDINGS, FixedPoint
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.formats import Signal
 
 OPERATIONS = {
     "add": lambda a, b: a + b,

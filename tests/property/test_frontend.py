@@ -5,11 +5,10 @@ from fractions import Fraction
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from cordicc.codes import CODES
-from cordicc.diagnostics import InvalidInput, Source
-from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.load import parse_problem
-from cordicc.frontend.syntax import (
+from cordicc.base.codes import CODES
+from cordicc.base.diagnostics import InvalidInput, Source
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import (
     FUNCTIONS,
     Call,
     Name,
@@ -20,8 +19,9 @@ from cordicc.frontend.syntax import (
     Sum,
     parse_expression,
 )
+from cordicc.frontend.load import parse_problem
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.ir.verify import verify
+from cordicc.ir.well_formed import verify
 
 SUM, PRODUCT, UNARY, POWER, ATOM = range(1, 6)
 

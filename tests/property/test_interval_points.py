@@ -8,7 +8,7 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cordicc.arith.interval_arithmetic import product_of, quotient_of, root_of, sum_of
+from cordicc.ir.meaning.intervals import product_of, quotient_of, root_of, sum_of
 
 NUMBERS = (
     st.floats(-1e6, 1e6)

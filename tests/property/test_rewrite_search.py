@@ -6,15 +6,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Builder, Graph, Value
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem
-from cordicc.ir.reference import evaluate
-from cordicc.ir.verify import verify
-from cordicc.rewrite.base import Context
+from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import cheapest
-from cordicc.rewrite.costs import Costs, of_graph
-from cordicc.rewrite.passes import default_passes
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.search.costs import Costs, of_graph
 from tests.rewriting import KINEMATIC
 
 NAMES = ("x", "y", "w")

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from cordicc.plan.verify import verify
 from cordicc.schedule.delays import delays
-from cordicc.schedule.fifo_lp import solve
-from cordicc.schedule.problem import InfeasibleError, SchedulingProblem, fifo_words, waits
-from cordicc.schedule.verify import verify
+from cordicc.schedule.solver.fifo_lp import solve
+from cordicc.schedule.solver.scheduling_problem import InfeasibleError, SchedulingProblem, fifo_words, waits
 from tests.random_plans import Flow, flows
 
 relaxed = settings(deadline=None, max_examples=150)

@@ -9,19 +9,19 @@ from unittest.mock import patch
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cordicc.schedule import fifo_lp, neighbourhoods, shift
 from cordicc.schedule.binding import Wiring, bind, multiplexer_inputs
-from cordicc.schedule.bounds import latency_bound
-from cordicc.schedule.engine import Effort, solve
-from cordicc.schedule.exact import Clock, Work
-from cordicc.schedule.fifo_lp import least_cycles
-from cordicc.schedule.goals import FIFO_WORDS, LATENCY, Goal
-from cordicc.schedule.modulo_list import list_schedule
-from cordicc.schedule.network import network
-from cordicc.schedule.problem import SchedulingProblem, Value, fifo_words
-from cordicc.schedule.program import Space
-from cordicc.schedule.shift import improve
-from cordicc.schedule.symmetry import exchanges
+from cordicc.schedule.solver import fifo_lp, neighbourhoods, shift
+from cordicc.schedule.solver.cp_program import Space
+from cordicc.schedule.solver.cp_search import Clock, Work
+from cordicc.schedule.solver.dependences import network
+from cordicc.schedule.solver.engine import Effort, solve
+from cordicc.schedule.solver.fifo_lp import least_cycles
+from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
+from cordicc.schedule.solver.latency_bounds import latency_bound
+from cordicc.schedule.solver.modulo_list import list_schedule
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Value, fifo_words
+from cordicc.schedule.solver.shift import improve
+from cordicc.schedule.solver.symmetry import exchanges
 from tests.property.test_schedule import every_schedule
 from tests.random_plans import Flow, flows
 

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from cordicc.arith.formats import SINGLE_PI
+from cordicc.arith.numbers.formats import SINGLE_PI
 from tests.single_unit import SingleUnit
 
 ANGLE_BOUND = 2.0**-24
@@ -244,7 +244,7 @@ def test_a_result_beyond_the_exponent_inside_is_infinite_and_one_below_it_zero()
 
 @pytest.mark.parametrize("special", [np.nan, np.inf])
 def test_words_that_are_no_numbers_make_every_result_invalid(special):
-    from cordicc.arith.formats import SINGLE
+    from cordicc.arith.numbers.formats import SINGLE
 
     bad = SINGLE.encode(np.array([special, 1.0]))
     good = words([1.0, 1.0])

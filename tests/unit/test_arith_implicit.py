@@ -6,8 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from cordicc.arith import kernels, sequences
-from cordicc.arith.formats import SINGLE_PI
+from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.numbers.formats import SINGLE_PI
 from tests.single_unit import SingleUnit
 
 mp = mpmath.MPContext()
@@ -103,9 +103,9 @@ def test_acos_stays_within_pi(unit, branch):
 def test_every_small_vector_and_target_converges(root_free):
     """6-bit operands with guard bits: the residual stays below a tenth of a unit in the last place."""
     guard, iterations = 8, 14
-    make = sequences.root_free if root_free else sequences.standard
-    table = sequences.step_table(make(1, iterations), 20)
-    kernel = kernels.implicit_root_free if root_free else kernels.implicit
+    make = shift_sequences.root_free if root_free else shift_sequences.standard
+    table = shift_sequences.step_table(make(1, iterations), 20)
+    kernel = micro_rotations.implicit_root_free if root_free else micro_rotations.implicit
     side = np.arange(-31, 32, dtype=np.int64)
     x, y, t = (v.ravel() for v in np.meshgrid(side[31:], side, side))
     solvable = (t * t <= x * x + y * y) & ((x != 0) | (y != 0))
@@ -113,9 +113,9 @@ def test_every_small_vector_and_target_converges(root_free):
     z = np.zeros_like(x)
     start_x, start_y = x, y
     if not root_free:
-        x, y, z = kernels.quarter_turn(x, y, t, z, sequences.pi_fixed(20) // 2)
+        x, y, z = micro_rotations.quarter_turn(x, y, t, z, shift_sequences.pi_fixed(20) // 2)
     end_x, end_y, end_t, z = kernel(x, y, t, z, table)
-    gain = float(sequences.exact_gain(make(1, iterations)))
+    gain = float(shift_sequences.exact_gain(make(1, iterations)))
     assert np.abs(end_y - end_t).max() <= 0.1 * gain * 2**guard
     turned = np.ldexp(z.astype(float), -20)
     residual = start_y * np.cos(turned) + start_x * np.sin(turned) - t

@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cordicc.arith.floating import SingleSystem
-from cordicc.arith.formats import SINGLE, SINGLE_PI, Signal
-from cordicc.arith.machine import Arithmetic
-from cordicc.arith.systems import system_from_spec
+from cordicc.arith.numbers.floating import SingleSystem
+from cordicc.arith.numbers.formats import SINGLE, SINGLE_PI, Signal
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.arith.unit.systems import system_from_spec
 
 CAU = {"mantissa_bits": 32, "exponent_bits": 10, "iterations": 30}
 SPEC = {

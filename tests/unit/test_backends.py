@@ -10,22 +10,21 @@ from itertools import combinations, pairwise
 
 import pytest
 
-from cordicc.backends import (
+from cordicc.backends import labels, script
+from cordicc.backends.palette import DARK, INK, LOOKS, MUTED, OTHER
+from cordicc.backends.pictures import (
     datapath,
     graph_view,
-    labels,
     layout,
     placing,
     routing,
     schedule_chart,
-    script,
     svg,
-    tracing,
+    wire_paths,
     wiring,
 )
-from cordicc.backends.diagram import PAGE_WIDTH
-from cordicc.backends.palette import DARK, INK, LOOKS, MUTED, OTHER
-from cordicc.plan import Plan
+from cordicc.backends.pictures.diagram import PAGE_WIDTH
+from cordicc.plan.model import Plan
 from tests import plans_for_tests as plans
 from tests.hard_plans import ALL, shared
 
@@ -219,11 +218,11 @@ class TestFolding:
 
     def test_branches_follow_the_wire(self):
         segments = [((0, 0), (20, 0)), ((20, -8), (20, 16)), ((20, -8), (40, -8)), ((20, 16), (40, 16))]
-        assert tracing.branches(segments, (0, 0), [(40, -8), (40, 16)]) == [
+        assert wire_paths.branches(segments, (0, 0), [(40, -8), (40, 16)]) == [
             [(0, 0), (20, 0), (20, -8), (40, -8)],
             [(0, 0), (20, 0), (20, 16), (40, 16)],
         ]
-        assert tracing.branches([((0, 0), (40, 0))], (0, 0), [(40, 0)]) == [[(0, 0), (40, 0)]]
+        assert wire_paths.branches([((0, 0), (40, 0))], (0, 0), [(40, 0)]) == [[(0, 0), (40, 0)]]
 
     @pytest.mark.parametrize("seed", range(4))
     def test_each_end_of_a_wire_has_its_way(self, seed):
@@ -240,7 +239,7 @@ class TestFolding:
                     for pin in net.sinks
                 ]
                 start = (x + box.width, y + box.outputs[net.source.port])
-                for end, way in zip(ends, tracing.branches(wire.segments, start, ends), strict=True):
+                for end, way in zip(ends, wire_paths.branches(wire.segments, start, ends), strict=True):
                     assert way[0] == start
                     assert way[-1] == end
                     assert all(a[0] == b[0] or a[1] == b[1] for a, b in pairwise(way))
@@ -332,7 +331,9 @@ class TestScript:
         text = script.render(plan)
         ast.parse(text)
         calls = []
-        monkeypatch.setitem(sys.modules, "cordicc.cli", type("Cli", (), {"main": staticmethod(calls.append)}))
+        monkeypatch.setitem(
+            sys.modules, "cordicc.cli.main", type("Cli", (), {"main": staticmethod(calls.append)})
+        )
         path = tmp_path / "simulate.py"
         path.write_text(text, encoding="utf-8")
         monkeypatch.setattr(sys, "argv", [str(path), "--random", "5"])

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.checks import input_samples
+from cordicc.frontend.domain import input_samples
 from cordicc.frontend.load import load_problem
-from cordicc.ir import balls, reference
 from cordicc.ir.graph import Builder, Graph
+from cordicc.ir.meaning import balls, reference
 from cordicc.ir.ops import OPS, Level
 
 from .test_reference import CASES

@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
+from cordicc.arith.unit.cau import Cau
+from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
 
 BITS = 8
 TIGHTNESS = 4

@@ -6,8 +6,8 @@ The reference is double precision, whose own error, below 2^-40 of a word, is no
 import numpy as np
 import pytest
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.implicit_bounds import implicit_bound
+from cordicc.arith.unit.cau import Cau
+from cordicc.arith.unit.implicit_bounds import implicit_bound
 
 BITS = 8
 TIGHTNESS = 4

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cordicc.arith.fixed_system import FixedSystem
-from cordicc.arith.formats import Signal
-from cordicc.backends import c_model
-from cordicc.backends.c_model_names import comment, identifiers
-from cordicc.backends.c_model_words import Term
-from cordicc.cli import main
-from cordicc.diagnostics import Unattainable
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.formats import Signal
+from cordicc.backends.c import c_model
+from cordicc.backends.c.c_names import comment, identifiers
+from cordicc.backends.c.c_words import Term
+from cordicc.base.diagnostics import Unattainable
+from cordicc.cli.main import main
 from cordicc.emulate import functional
-from cordicc.observation import machine_of
-from cordicc.plan import Operand, Plan
-from cordicc.targets.model import load_target
+from cordicc.emulate.observation import machine_of
+from cordicc.plan.model import Operand, Plan
+from cordicc.targets.target import load_target
 from tests.c_models import SANITIZED, Generator, adversarial, build, check, needs_compiler, run, variants
 
 WIDE = {"mantissa_bits": 43, "exponent_bits": 10, "angle_bits": 44, "iterations": 40}

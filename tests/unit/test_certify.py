@@ -11,29 +11,30 @@ from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cordicc.arith.cau import Cau
-from cordicc.arith.formats import SINGLE
-from cordicc.arith.intervals import Interval
+from cordicc.arith.numbers.formats import SINGLE
+from cordicc.arith.unit.cau import Cau
+from cordicc.base.diagnostics import Unattainable
 from cordicc.certify import boxes
 from cordicc.certify.boxes import Boxes
-from cordicc.certify.models import local, margin_square
-from cordicc.certify.network import Constant, Step, network
+from cordicc.certify.error_network import Constant, Step, network
+from cordicc.certify.operator_models import local, margin_square
+from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import StatedBounds, bounds_of
 from cordicc.certify.predicates import OWN_BOUND
 from cordicc.certify.refine import Search, largest
-from cordicc.certify.samples import inside
 from cordicc.certify.sweep import errors, forward
 from cordicc.certify.twins import twins
-from cordicc.diagnostics import Unattainable
-from cordicc.emulate import functional, sampling
+from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
+from cordicc.emulate.observation import exact, machine_of
+from cordicc.ir import sampling
 from cordicc.ir.graph import Builder, Value
-from cordicc.ir.reference import evaluate
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.text import parse_graph
-from cordicc.observation import exact, machine_of
 from cordicc.pipeline import Options, compile_file, plan_file
-from cordicc.plan import Plan
-from cordicc.record import UNIT_PROGRAM
+from cordicc.plan.model import Plan
+from cordicc.plan.problem_record import UNIT_PROGRAM
 
 NUMBERS = st.floats(-50, 50, allow_subnormal=False)
 FUNCTIONS = {

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import cordicc
-from cordicc.cli import main
+from cordicc.cli.main import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FILES = ["datapath.svg", "plan.json", "report.html", "schedule.svg", "simulate.py"]
@@ -344,7 +344,7 @@ def test_output_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_start_up_imports_nothing_heavy() -> None:
-    code = "import sys, cordicc.cli; print(*sorted(m for m in sys.modules if '.' not in m))"
+    code = "import sys, cordicc.cli.main; print(*sorted(m for m in sys.modules if '.' not in m))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"numpy", "sympy", "networkx", "ortools", "mpmath", "ruamel", "jinja2", "flint"} & set(
         result.stdout.split()

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner, Result
 
-from cordicc.arith import cluster, search
-from cordicc.cli import main
+from cordicc.cli.main import main
+from cordicc.studies import cluster, sequence_search
 
 INSTALLED = all(importlib.util.find_spec(name) for name in ("joblib", "distributed"))
 needs_dask = pytest.mark.skipif(not INSTALLED, reason="needs joblib and distributed: cordicc[cluster]")
@@ -30,9 +30,9 @@ def test_a_cluster_finds_what_one_process_finds(cores):
     with LocalCluster(n_workers=1, **options) as local:
         address = local.scheduler_address
         assert invoke(*SMALL, "--cluster", address).stdout == invoke(*SMALL, "--jobs", "1").stdout
-        wanted = search.Conditions(8, Fraction(3), Fraction(1, 2**10), 12)
-        parts = search.tasks(wanted, 1)
-        assert list(cluster.outcomes(parts, address)) == list(search.outcomes(parts, 1))
+        wanted = sequence_search.Conditions(8, Fraction(3), Fraction(1, 2**10), 12)
+        parts = sequence_search.tasks(wanted, 1)
+        assert list(cluster.outcomes(parts, address)) == list(sequence_search.outcomes(parts, 1))
 
 
 @needs_dask
@@ -58,7 +58,9 @@ def test_the_parts_run_on_the_workers(monkeypatch, cores):
     monkeypatch.setattr(cluster, "run_all", lambda parts: [os.getpid()] * len(parts))
     options = {"threads_per_worker": cores, "dashboard_address": None}
     with LocalCluster(n_workers=1, processes=True, **options) as local:
-        parts = search.tasks(search.Conditions(8, Fraction(3), Fraction(1, 2**10), 12), 1)[:40]
+        parts = sequence_search.tasks(sequence_search.Conditions(8, Fraction(3), Fraction(1, 2**10), 12), 1)[
+            :40
+        ]
         found = set(cluster.outcomes(parts, local.scheduler_address))
     assert len(found) == 1
     assert here not in found

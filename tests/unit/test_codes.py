@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.codes import CODES, HELP
+from cordicc.base.codes import CODES, HELP
 
 PACKAGE = Path(__file__).resolve().parents[2] / "cordicc"
 CODE = re.compile(r"[EW][0-9]{3}")

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 import cordicc
-from cordicc.arith import compiled
-from cordicc.arith.compiled_systems import CompiledSingle, compiled_system
-from cordicc.arith.fixed_point import ROUNDINGS
-from cordicc.arith.fixed_system import FixedSystem
-from cordicc.arith.floating import SingleSystem
-from cordicc.arith.formats import SINGLE, Signal
-from cordicc.emulate import functional, sampling
-from cordicc.observation import machine_of
+from cordicc.arith.compiled import compiled_cau
+from cordicc.arith.compiled.compiled_systems import CompiledSingle, compiled_system
+from cordicc.arith.numbers.fixed_point import ROUNDINGS
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.floating import SingleSystem
+from cordicc.arith.numbers.formats import SINGLE, Signal
+from cordicc.emulate import functional
+from cordicc.emulate.observation import machine_of
+from cordicc.ir import sampling
 from tests.unit.test_cli import EXAMPLES
 from tests.unit_words import OPERATIONS, UNITS, operands, results
 
-needs_numba = pytest.mark.skipif(not compiled.available(), reason="numba is optional")
+needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")
 
 
 @needs_numba
@@ -26,7 +27,7 @@ needs_numba = pytest.mark.skipif(not compiled.available(), reason="numba is opti
 def test_every_operation_has_the_same_bits(name: str) -> None:
     unit = UNITS[name]
     values = operands(1, 5000, unit.operand_bits)
-    fast = compiled.CompiledCau(**asdict(unit))
+    fast = compiled_cau.CompiledCau(**asdict(unit))
     for operation, params in OPERATIONS:
         plain = results(unit, operation, params, values)
         for at, bits in enumerate(results(fast, operation, params, values)):
@@ -37,7 +38,7 @@ def test_every_operation_has_the_same_bits(name: str) -> None:
 @pytest.mark.filterwarnings("default")
 def test_operands_may_be_broadcast() -> None:
     unit = UNITS["single"]
-    fast = compiled.CompiledCau(**asdict(unit))
+    fast = compiled_cau.CompiledCau(**asdict(unit))
     x = np.array([0.5, -0.25, 1.0])
     for plain, made in zip(unit.rotate(1, x, 0.25, 1.0), fast.rotate(1, x, 0.25, 1.0), strict=True):
         assert np.array_equal(plain, made)
@@ -53,7 +54,7 @@ def test_long_runs_take_compiled_units(monkeypatch: pytest.MonkeyPatch) -> None:
     samples = sampling.draw(plan.problem, 500, 0)
     plain = functional.run(plan, machine, samples)
     monkeypatch.setattr(functional, "_COMPILED_FROM", 1)
-    assert compiled.is_compiled(functional.accelerated(plan, machine, samples, 500))
+    assert compiled_cau.is_compiled(functional.accelerated(plan, machine, samples, 500))
     fast = functional.run(plan, machine, samples)
     assert all(np.array_equal(plain[name], fast[name]) for name in plain)
 
@@ -127,7 +128,7 @@ def test_a_plan_has_the_same_bits(target: str) -> None:
     machine = machine_of(plan)
     samples = sampling.draw(plan.problem, 3000, 4)
     plain = functional.run(plan, machine, samples)
-    fast = functional.run(plan, compiled.compiled_arithmetic(machine), samples)
+    fast = functional.run(plan, compiled_cau.compiled_arithmetic(machine), samples)
     for name, column in plain.items():
         assert np.array_equal(column, fast[name], equal_nan=True)
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc import console
-from cordicc.sheet import Facts, Heading, Sheet, Table, plain
+from cordicc.base.text_tables import Facts, Heading, Sheet, Table, plain
+from cordicc.cli import console
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
@@ -163,7 +163,7 @@ def test_stages(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[s
 
 def test_rich_is_imported_for_a_terminal_alone(tmp_path: Path) -> None:
     code = (
-        "import sys\nfrom cordicc.cli import main\n"
+        "import sys\nfrom cordicc.cli.main import main\n"
         f"main(['check', {str(EXAMPLES / 'wheel_beta.yaml')!r}], standalone_mode=False)\n"
         "sys.exit('rich' in sys.modules)"
     )

@@ -1,8 +1,8 @@
 """The implicit rules over every 8-bit input end within their proven bound; the paper's rule does not.
 
-Bound, derived in `cordicc.arith.bounds`: with the last angle a, the roundings of the vector E and of the
-target D (each carried through the later gains) and those of the angle table d, a start of norm R ends with
-|B cos t + A sin t - C| <= R (a + d) + D + E + E^2/R, at an x of at least -E - R (a + d).
+Bound, derived in `cordicc.arith.kernels.circular_bound`: with the last angle a, the roundings of the vector
+E and of the target D (each carried through the later gains) and those of the angle table d, a start of norm
+R ends with |B cos t + A sin t - C| <= R (a + d) + D + E + E^2/R, at an x of at least -E - R (a + d).
 """
 
 import math
@@ -10,8 +10,9 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.arith import kernels, sequences, study
-from cordicc.arith.bounds import implicit_residual_bound
+from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.kernels.circular_bound import implicit_residual_bound
+from cordicc.studies import iterations
 
 GUARD_BITS = 6
 ANGLE_BITS = 30
@@ -23,7 +24,7 @@ PAPER_FAILURES = 25
 
 
 def sequence_of(rule, iterations):
-    make = sequences.root_free if rule == "root-free" else sequences.standard
+    make = shift_sequences.root_free if rule == "root-free" else shift_sequences.standard
     return make(1, iterations)
 
 
@@ -50,10 +51,12 @@ def turned(rule, table, x, y, target):
     x, y, target = (v << GUARD_BITS for v in (x, y, target))
     z = np.zeros_like(x)
     if rule == "root-free":
-        z = kernels.implicit_root_free(x, y, target, z, table)[3]
+        z = micro_rotations.implicit_root_free(x, y, target, z, table)[3]
     else:
-        x, y, z = kernels.quarter_turn(x, y, target, z, (sequences.pi_fixed(ANGLE_BITS) + 1) >> 1)
-        z = kernels.implicit(x, y, target, z, table)[3]
+        x, y, z = micro_rotations.quarter_turn(
+            x, y, target, z, (shift_sequences.pi_fixed(ANGLE_BITS) + 1) >> 1
+        )
+        z = micro_rotations.implicit(x, y, target, z, table)[3]
     return np.ldexp(z.astype(float), -ANGLE_BITS)
 
 
@@ -66,7 +69,7 @@ def turned(rule, table, x, y, target):
 def test_every_input_ends_within_the_bound(rule, bits, iterations, tightness):
     radius = math.ldexp(math.sqrt(2), bits - 1)
     sequence = sequence_of(rule, iterations)
-    table = sequences.step_table(sequence, ANGLE_BITS)
+    table = shift_sequences.step_table(sequence, ANGLE_BITS)
     bound = implicit_residual_bound(sequence, GUARD_BITS, ANGLE_BITS, radius)
     assert bound.smallest_norm <= 1
     worst, count = 0.0, 0
@@ -85,11 +88,11 @@ def test_every_input_ends_within_the_bound(rule, bits, iterations, tightness):
 
 def test_bound_needs_a_convergent_circular_sequence():
     for sequence in (
-        sequences.krieger96(),
-        sequences.standard(-1, 20),
-        sequences.standard(0, 20),
-        sequences.Sequence("gap", 1, (0, 2, 3, 4)),
-        sequences.Sequence("twice", 1, (0, 0, 1, 2)),
+        shift_sequences.krieger96(),
+        shift_sequences.standard(-1, 20),
+        shift_sequences.standard(0, 20),
+        shift_sequences.Sequence("gap", 1, (0, 2, 3, 4)),
+        shift_sequences.Sequence("twice", 1, (0, 0, 1, 2)),
     ):
         with pytest.raises(ValueError, match=f"no bound for {sequence.name}"):
             implicit_residual_bound(sequence, 20, ANGLE_BITS)
@@ -97,15 +100,15 @@ def test_bound_needs_a_convergent_circular_sequence():
 
 def test_paper_rule_fails_on_a_share_of_the_sample():
     """Eq. 9 with the vector scaled by 1 - eta 2^-2S: some 0.65 % end above 1e-4, 6.5 times the last angle."""
-    sequence = sequences.krieger96()
+    sequence = shift_sequences.krieger96()
     rng = np.random.default_rng(1996)
     psi = rng.uniform(-np.pi, np.pi, SAMPLES)
     targets = np.sin(rng.uniform(-np.pi / 2, np.pi / 2, SAMPLES))
-    mp = study.mp
+    mp = iterations.mp
     failures, worst = 0, 0.0
     for angle, target in zip(psi, targets, strict=True):
-        start = study.State(mp.mpf(math.cos(angle)), mp.mpf(math.sin(angle)), mp.mpf(0), mp.mpf(target))
-        end = study.implicit_by_eq9(sequence, start).end
+        start = iterations.State(mp.mpf(math.cos(angle)), mp.mpf(math.sin(angle)), mp.mpf(0), mp.mpf(target))
+        end = iterations.implicit_by_eq9(sequence, start).end
         residual = abs(float(end.y - end.target))
         failures += residual > 1e-4
         worst = max(worst, residual)

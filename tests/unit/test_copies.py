@@ -7,17 +7,17 @@ import pytest
 from click.testing import CliRunner
 
 import cordicc
-from cordicc.cli import main
-from cordicc.copies import replicated
-from cordicc.emulate.sampling import draw
+from cordicc.cli.main import main
 from cordicc.ir.copies import copied
+from cordicc.ir.sampling import draw
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan_json import dump, parse
+from cordicc.plan.copies import replicated
+from cordicc.plan.file import dump, parse
+from cordicc.plan.verify import verify
 from cordicc.schedule.place import scheduling_problem
 from cordicc.schedule.request import Limits
-from cordicc.schedule.verify import verify
-from cordicc.targets.model import CAU_KINDS
+from cordicc.targets.target import CAU_KINDS
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cordicc.arith.decimals import double_shift, nearest_double
+from cordicc.arith.numbers.decimals import double_shift, nearest_double
 
 
 @pytest.mark.parametrize("number", ["1/3", "-2", "0", "1e-400"])

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from cordicc.emulate import cycle, functional
 from cordicc.emulate.cycle import MachineError
-from cordicc.plan import Operand, Operation, Plan
-from cordicc.schedule.fifo_lp import solve
+from cordicc.plan.model import Operand, Operation, Plan
+from cordicc.schedule.solver.fifo_lp import solve
 from tests.random_plans import FORMAT, FakeArithmetic, Flow, flows, samples
 
 relaxed = settings(deadline=None, max_examples=100)

@@ -9,13 +9,13 @@ import pytest
 from click.testing import CliRunner, Result
 
 import cordicc
-from cordicc.cli import main
-from cordicc.codes import CODES
-from cordicc.explain import explanation
-from cordicc.plan import Plan, Selection
-from cordicc.plan_diff import differences
-from cordicc.plan_json import dump
-from cordicc.sheet import plain
+from cordicc.backends.text.explanation import explanation
+from cordicc.backends.text.plan_differences import differences
+from cordicc.base.codes import CODES
+from cordicc.base.text_tables import plain
+from cordicc.cli.main import main
+from cordicc.plan.file import dump
+from cordicc.plan.model import Plan, Selection
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -8,10 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from cordicc.arith.fixed_point import ROUNDINGS, Exact, FixedPoint, fraction_bits_for
-from cordicc.arith.fixed_system import FixedSystem
-from cordicc.arith.formats import Signal
-from cordicc.arith.systems import system_from_spec
+from cordicc.arith.numbers.fixed_point import ROUNDINGS, Exact, FixedPoint, fraction_bits_for
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.formats import Signal
+from cordicc.arith.unit.systems import system_from_spec
 
 SYSTEM = FixedSystem(24, 4)
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from cordicc.ir.fold import DEG, PI, FoldError, fold
+from cordicc.ir.meaning.exact import DEG, PI, FoldError, fold
 from cordicc.ir.ops import OPS, Level
 
 F = Fraction

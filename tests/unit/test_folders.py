@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from cordicc import folders
-from cordicc.diagnostics import InvalidInput
-from cordicc.folders import write_files
+from cordicc.base import folders
+from cordicc.base.diagnostics import InvalidInput
+from cordicc.base.folders import write_files
 
 OLD = {name: f"old {name}" for name in ("plan.json", "report.html", "simulate.py")}
 NEW = {name: f"new {name}" * 1000 for name in OLD}

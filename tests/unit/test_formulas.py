@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 import cordicc
-from cordicc.backends.formulas import _WRITERS, MOST_PARTS, Formulas
+from cordicc.backends.text.formulas import _WRITERS, MOST_PARTS, Formulas
 from cordicc.ir.ops import OPS, Level
-from cordicc.plan import Operation, Plan, dependence_order
-from cordicc.targets.model import CAU_KINDS
+from cordicc.plan.model import Operation, Plan, dependence_order
+from cordicc.targets.target import CAU_KINDS
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?:\.\w+)?")

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from cordicc.diagnostics import Diagnostic, InvalidInput, Report, Source, Span, printable
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span, printable
 from cordicc.frontend.load import parse_problem
 from cordicc.frontend.numeric import evaluate
-from cordicc.ir.verify import verify
+from cordicc.ir.well_formed import verify
 
 HEAD = "inputs: {x: [-1, 1], y: [1, 2]}\n"
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.diagnostics import InvalidInput, Source
+from cordicc.base.diagnostics import InvalidInput, Source
 from cordicc.frontend.load import load_problem, parse_problem
-from cordicc.ir.reference import evaluate
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.text import print_graph
-from cordicc.ir.verify import verify
+from cordicc.ir.well_formed import verify
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 EXACT = 5e-16
@@ -484,7 +484,7 @@ def test_all_branches_of_the_file():
 
 
 def test_all_branches_are_bounded(monkeypatch):
-    monkeypatch.setattr("cordicc.frontend.alternatives.MAX_NODES", 2000)
+    monkeypatch.setattr("cordicc.frontend.plain.alternatives.MAX_NODES", 2000)
     text = "inputs: {x: [0.1, 0.5]}\nequations:\n- solve: cos(t) = x\n  for: t\n  branch: all\n"
     text += "- y = t" + " + t" * 1000 + "\n"
     assert codes(text) == ["E104"]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.arith import kernels, sequences
-from cordicc.arith.hyperbolic_bounds import hyperbolic_residual_bound
+from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 
 GUARD_BITS = 10
 ANGLE_BITS = 34
@@ -36,29 +36,29 @@ def solvable_inputs(bits, domain):
     return A[reached], B[reached], C[reached], angle[reached]
 
 
-PLAIN = sequences.Sequence("plain", -1, tuple(range(1, 15)))
+PLAIN = shift_sequences.Sequence("plain", -1, tuple(range(1, 15)))
 """No shift twice: 1/16 to 1/8192 fall short of 1/8 by more than the last angle."""
 
 
 @pytest.mark.parametrize(
     ("sequence", "bits", "inputs", "tightness"),
     [
-        (sequences.standard(-1, 12), 7, 472_560, 2),
-        (sequences.root_free(-1, 12), 7, 681_902, 2),
-        (sequences.standard(-1, 20), 6, 60_622, 4),
-        (sequences.root_free(-1, 20), 6, 87_380, 5),
+        (shift_sequences.standard(-1, 12), 7, 472_560, 2),
+        (shift_sequences.root_free(-1, 12), 7, 681_902, 2),
+        (shift_sequences.standard(-1, 20), 6, 60_622, 4),
+        (shift_sequences.root_free(-1, 20), 6, 87_380, 5),
         (PLAIN, 6, 58_154, 2),
     ],
     ids=["angle", "root-free-angle", "rounding", "root-free-rounding", "plain"],
 )
 def test_every_input_ends_within_the_bound(sequence, bits, inputs, tightness):
-    table = sequences.step_table(sequence, ANGLE_BITS)
+    table = shift_sequences.step_table(sequence, ANGLE_BITS)
     side = float(1 << (bits - 1))
     bound = hyperbolic_residual_bound(sequence, GUARD_BITS, ANGLE_BITS, side)
     assert bound.smallest_start < 1
     A, B, C, exact = solvable_inputs(bits, sequence.domain)
     assert len(A) == inputs
-    kernel = kernels.implicit_root_free if sequence.root_free else kernels.implicit
+    kernel = micro_rotations.implicit_root_free if sequence.root_free else micro_rotations.implicit
     x, _, _, z = kernel(*(v << GUARD_BITS for v in (A, B, C)), np.zeros_like(A), table)
     z = np.ldexp(z.astype(float), -ANGLE_BITS)
     x = np.ldexp(x.astype(float), -GUARD_BITS) / sequence.gain
@@ -76,14 +76,14 @@ def test_every_input_ends_within_the_bound(sequence, bits, inputs, tightness):
 
 def test_bound_is_for_hyperbolic_sequences():
     with pytest.raises(ValueError, match="no bound for circular"):
-        hyperbolic_residual_bound(sequences.standard(1, 20), 20, ANGLE_BITS)
+        hyperbolic_residual_bound(shift_sequences.standard(1, 20), 20, ANGLE_BITS)
 
 
 def test_the_edge_of_two_branches_stays_near():
     """C = sqrt(B^2 - A^2) exactly (3-4-5): the double solution, where x ends near 0 from either side."""
-    sequence = sequences.standard(-1, 26)
-    table = sequences.step_table(sequence, ANGLE_BITS)
+    sequence = shift_sequences.standard(-1, 26)
+    table = shift_sequences.step_table(sequence, ANGLE_BITS)
     start = [np.array([n * s << 20 for s in (1, 2, 5)], dtype=np.int64) for n in (-3, 5, 4)]
-    x, _, _, z = kernels.implicit(*start, np.zeros(3, dtype=np.int64), table)
+    x, _, _, z = micro_rotations.implicit(*start, np.zeros(3, dtype=np.int64), table)
     assert np.abs(np.ldexp(z.astype(float), -ANGLE_BITS) - math.atanh(3 / 5)).max() < 2e-3
     assert np.abs(np.ldexp(x.astype(float), -20)).max() < 0.02

@@ -10,12 +10,13 @@ import pytest
 
 import cordicc
 from cordicc.certify.plans import StatedBounds
-from cordicc.emulate import functional, judging, sampling
+from cordicc.emulate import functional, judging
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import Judged, Judgement, Limits
-from cordicc.emulate.streaming import run_parts
+from cordicc.emulate.long_run import run_parts
+from cordicc.emulate.observation import angles_of, machine_of
+from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from cordicc.observation import angles_of, machine_of
 from tests.unit.test_cli import run
 
 TEXT = """\

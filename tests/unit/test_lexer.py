@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from cordicc.frontend.lexer import MAX_TOKENS, ExpressionError, Kind, tokenize
+from cordicc.expressions.lexer import MAX_TOKENS, ExpressionError, Kind, tokenize
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from cordicc import explore
-from cordicc.cli import main
-from cordicc.cli_schedule import _report
-from cordicc.diagnostics import InvalidInput
-from cordicc.plan_json import parse
+from cordicc.base.diagnostics import InvalidInput
+from cordicc.cli.explore import _report
+from cordicc.cli.main import main
+from cordicc.plan.file import parse
+from cordicc.studies import trade_off
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -82,15 +82,15 @@ class TestDraw:
 
 class TestTradeOff:
     @pytest.fixture
-    def front(self, folder: Path) -> explore.Front:
+    def front(self, folder: Path) -> trade_off.Front:
         plan = parse((folder / "plan.json").read_text(encoding="utf-8"), "plan.json")
         counts = {"implicit": 3}
         points = (
-            explore.Point("auto", 1, 3, 3, 107, 40, counts, dict(plan.bounds), dict(plan.optimal)),
-            explore.Point("auto", 8, 1, 1, 120, 12, {"implicit": 1}, dict(plan.bounds), dict(plan.optimal)),
+            trade_off.Point("auto", 1, 3, 3, 107, 40, counts, dict(plan.bounds), dict(plan.optimal)),
+            trade_off.Point("auto", 8, 1, 1, 120, 12, {"implicit": 1}, dict(plan.bounds), dict(plan.optimal)),
         )
         title = "Trade-off of quadruped-leg"
-        return explore.Front(plan.name, title, "kinematic", 1, points, 9, str(plan.problem["program"]))
+        return trade_off.Front(plan.name, title, "kinematic", 1, points, 9, str(plan.problem["program"]))
 
     def test_the_report_of_the_same_problem_gets_it(self, folder: Path, front) -> None:
         text = _report(folder, front)["report.html"]

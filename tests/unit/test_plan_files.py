@@ -11,14 +11,15 @@ import pytest
 from click.testing import CliRunner
 
 import cordicc
-from cordicc import observation, pipeline
-from cordicc.cli import main
-from cordicc.diagnostics import CordiccError
-from cordicc.emulate import functional, sampling
-from cordicc.plan import Plan
-from cordicc.plan_json import dump, parse
-from cordicc.sheet import plain
-from cordicc.summary import comparison_data, comparison_sheet
+from cordicc import pipeline
+from cordicc.backends.text.summary import comparison_data, comparison_sheet
+from cordicc.base.diagnostics import CordiccError
+from cordicc.base.text_tables import plain
+from cordicc.cli.main import main
+from cordicc.emulate import functional, observation
+from cordicc.ir import sampling
+from cordicc.plan.file import dump, parse
+from cordicc.plan.model import Plan
 
 PROBLEM = """
 name: small

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from mpmath import libmp
 
-from cordicc.ir import reference
-from cordicc.ir.fold import FoldError, fold
 from cordicc.ir.graph import Builder, Value
+from cordicc.ir.meaning import reference
+from cordicc.ir.meaning.exact import FoldError, fold
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.ops import OPS, Level
-from cordicc.ir.reference import evaluate
 
 PARAMS = {
     "cmul": [(Fraction(-3, 7),)],

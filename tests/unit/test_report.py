@@ -12,13 +12,15 @@ from html.parser import HTMLParser
 
 import pytest
 
-from cordicc.backends import error_chart, mathml, recognition, report, report_tables, schedule_chart
-from cordicc.backends.formulas import Formulas
-from cordicc.backends.front import Mark
-from cordicc.backends.unit_accuracy import own_errors
-from cordicc.plan import Plan, Selection, Unit
-from cordicc.targets.model import load_target
-from cordicc.typesetting import LONGEST, typeset
+from cordicc.backends.pictures import error_chart, schedule_chart
+from cordicc.backends.pictures.pareto_plot import Mark
+from cordicc.backends.report import page, report_tables
+from cordicc.backends.report.typesetting import LONGEST, typeset
+from cordicc.backends.report.unit_accuracy import own_errors
+from cordicc.backends.text import mathml, recognition
+from cordicc.backends.text.formulas import Formulas
+from cordicc.plan.model import Plan, Selection, Unit
+from cordicc.targets.target import load_target
 from tests import plans_for_tests as plans
 from tests.hard_plans import ALL, HOSTILE
 
@@ -28,8 +30,8 @@ def plan(request: pytest.FixtureRequest) -> Plan:
     return ALL[request.param]
 
 
-def page_of(plan: Plan, explored: report.Explored | None = None) -> str:
-    return report.render(plan, typeset, explored)
+def page_of(plan: Plan, explored: page.Explored | None = None) -> str:
+    return page.render(plan, typeset, explored)
 
 
 class _Page(HTMLParser):
@@ -166,7 +168,7 @@ class TestPage:
 
     def test_trade_off(self):
         marks = [Mark(1, 100, 1, 20, "1 implicit", "proven"), Mark(2, 50, 1, 10, "2 implicit", "CAUs >= 1")]
-        text = page_of(plans.planar(), report.Explored("Trade-off of planar-2r", marks))
+        text = page_of(plans.planar(), page.Explored("Trade-off of planar-2r", marks))
         assert "CAUs &gt;= 1" in text
         assert "Latency in cycles over CAUs" in text
         assert 'href="#trade-off"' in text
@@ -183,17 +185,17 @@ class TestPage:
         ],
     )
     def test_command(self, options, shown):
-        assert report.command(replace(plans.planar(), options=options)) == shown
+        assert page.command(replace(plans.planar(), options=options)) == shown
 
 
 class TestNotebookFragment:
     def test_without_scripts_and_styles_of_its_own(self, plan):
-        page = _Page(report.fragment(plan))
-        assert not {"script", "style", "link"} & set(page.tags)
-        assert page.tags.count("svg") == 1
+        seen = _Page(page.fragment(plan))
+        assert not {"script", "style", "link"} & set(seen.tags)
+        assert seen.tags.count("svg") == 1
 
     def test_hostile_texts_stay_texts(self):
-        assert "<script>" not in report.fragment(ALL["hostile"])
+        assert "<script>" not in page.fragment(ALL["hostile"])
 
 
 def plain(formula: str) -> str:

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Builder, Graph, Value
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.ops import Level
-from cordicc.ir.reference import evaluate
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.ir.verify import verify
-from cordicc.rewrite.base import Context
-from cordicc.rewrite.passes import default_passes
+from cordicc.ir.well_formed import verify
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.order import default_passes
 
 UNARY = (
     *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite import angles, circles, filling, lifting, synthesis
 from cordicc.rewrite.numeric import Results, evaluate
+from cordicc.rewrite.rules import angles, circles, common_denominators, synthesis
+from cordicc.rewrite.search import start
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 from tests.unit.test_rewrite_frames import store_of_inputs
 
@@ -164,7 +165,7 @@ def test_a_shorter_equation_is_the_same_equation(tmp_path: Path, monkeypatch: Pa
 
 
 def test_values_that_outgrow_the_field_become_generators(tmp_path: Path, monkeypatch: Patch) -> None:
-    monkeypatch.setattr("cordicc.rewrite.field._TERMS", 40)
+    monkeypatch.setattr("cordicc.rewrite.exact.field._TERMS", 40)
     equations = """
 p = atan2(a + b*c, b - a*c)
 x = d*cos(p) - e*sin(p) + a*b
@@ -175,9 +176,9 @@ t1 = atan2(y, x) - atan2(sin(t2), 1 + cos(t2))
     box = "a=0.3:0.5, b=0.3:0.5, c=-0.2:0.2, d=0.6:0.8, e=0.1:0.3"
     problem = problem_of(tmp_path, box, equations, "p, t1, t2")
     assert "rotate" not in units(searched(problem).graph)[:-1]
-    monkeypatch.setattr(filling, "OPAQUE", 0)
+    monkeypatch.setattr(start, "OPAQUE", 0)
     few = len(units(searched(problem).graph))
-    monkeypatch.setattr(filling, "OPAQUE", 16)
+    monkeypatch.setattr(start, "OPAQUE", 16)
     assert len(units(searched(problem).graph)) < few
 
 
@@ -200,7 +201,7 @@ def test_lifted_outputs_are_fractions_of_their_values(monkeypatch: Patch) -> Non
     other = made.make("vector", (given["x"], given["t"], made.const(0)), (0, 1))[1]
     total = made.add(made.mul(quotient, other), made.scale(Fraction(2), other))
     before = len(made.algebra.nodes)
-    lifting.Lifting(made, frozenset()).realise(total)
+    common_denominators.Lifting(made, frozenset()).realise(total)
     last = Value(len(made.algebra.nodes) - 1, 1)
     assert last.node > before
     assert made.find(last) == made.find(total)

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.rewrite import circles, field, lifting, options, search
-from cordicc.rewrite.store import Store
+from cordicc.rewrite.exact import field
+from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules import circles, common_denominators
+from cordicc.rewrite.search import options, realisations
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 
 SIGNS = "t = atan2(x/w + 1, y/w)\ns = atan(x/(w + y))"
@@ -28,7 +30,7 @@ def test_the_branch_of_a_circle_equation(tmp_path: Path, monkeypatch: pytest.Mon
         return store.make("implicit", (A, B, C), (1, "-"))
 
     # Its cosine and sine are no longer those that are wanted, so it is never taken for the angle.
-    monkeypatch.setattr(search, "realise", other)
+    monkeypatch.setattr(realisations, "realise", other)
     assert units(searched(problem).graph) != ["implicit", "implicit"]
 
 
@@ -45,7 +47,7 @@ def test_the_positive_coefficient_of_an_arc_cosine(tmp_path: Path, monkeypatch: 
 def test_the_sign_of_a_common_denominator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_of(tmp_path, BOX, SIGNS, "t, s")
     searched(problem)
-    monkeypatch.setattr(lifting.Store, "sign", lambda store, value: 1)
+    monkeypatch.setattr(common_denominators.Store, "sign", lambda store, value: 1)
     with pytest.raises(AssertionError):
         searched(problem)
 
@@ -65,7 +67,7 @@ def test_conditions_of_what_cancels(
     problem = problem_of(tmp_path, "x=-2:2, y=0:1", equations, "v")
     samples = {"x": [edge, 1.0], "y": [0.5, 0.5]}
     same_where(problem, searched(problem).graph, samples)
-    monkeypatch.setattr(search, "requirements", lambda *given: [])
+    monkeypatch.setattr(realisations, "requirements", lambda *given: [])
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem).graph, samples)
 

@@ -7,12 +7,12 @@ from itertools import product
 
 import pytest
 
-from cordicc.rewrite.base import Context
-from cordicc.rewrite.conditions import Requirement
-from cordicc.rewrite.costs import Costs, ordered
-from cordicc.rewrite.dominance import lean
-from cordicc.rewrite.extraction import extract
-from cordicc.rewrite.options import Alternatives, Option
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.search.conditions import Requirement
+from cordicc.rewrite.search.costs import Costs, ordered
+from cordicc.rewrite.search.dominance import lean
+from cordicc.rewrite.search.extraction import extract
+from cordicc.rewrite.search.options import Alternatives, Option
 
 COSTS = Costs(
     latency={"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 2, "shift": 0},

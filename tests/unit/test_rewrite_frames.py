@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Value
-from cordicc.rewrite import frames, search
-from cordicc.rewrite.field import Field
-from cordicc.rewrite.sharing import add_norm_chains
-from cordicc.rewrite.store import Store
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.rewrite.exact.field import Field
+from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules import frames
+from cordicc.rewrite.rules.sharing import add_norm_chains
+from cordicc.rewrite.search import realisations
 from tests.rewriting import multipliers, problem_of, same_where, searched, units
 
 NAMES = ("x", "y", "t", "c", "z")
@@ -99,7 +100,7 @@ def test_validity_where_the_turned_vector_is_zero(tmp_path: Path, monkeypatch: p
     choice = searched(problem)
     assert units(choice.graph) == ["vector", "vector"]
     same_where(problem, choice.graph, zeros)
-    monkeypatch.setattr(search, "requirements", lambda *given: [])
+    monkeypatch.setattr(realisations, "requirements", lambda *given: [])
     monkeypatch.setattr(Store, "same_domain", lambda store, angle, other: None)
     same_where(problem, searched(problem).graph, {name: column[1:2] for name, column in zeros.items()})
 

@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.arith.intervals import Interval
-from cordicc.ir.fold import PI
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.exact import PI
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
-from cordicc.ir.reference import evaluate
-from cordicc.rewrite import conditions, implicit, standard, vectors, wraps
-from cordicc.rewrite import ratio as quotients
 from cordicc.rewrite.numeric import Floats
+from cordicc.rewrite.passes import implicit_forms, standard_chains, vectorings, wraps
+from cordicc.rewrite.passes import ratio as quotients
+from cordicc.rewrite.search import conditions
 from tests.rewriting import problem_of, same_where, searched
 
 BOX = "x=-2:2, y=-2:2, w=-2:2"
@@ -41,9 +42,9 @@ def _delivered(problem: Problem, samples: dict[str, list[float]]) -> Floats:
 @pytest.mark.parametrize(
     ("equation", "module"),
     [
-        ("t = acos(x/w)", implicit),
-        ("t = asin(x/w)", implicit),
-        ("t = atan(x/w)", vectors),
+        ("t = acos(x/w)", implicit_forms),
+        ("t = asin(x/w)", implicit_forms),
+        ("t = atan(x/w)", vectorings),
     ],
 )
 def test_the_sign_of_a_denominator(tmp_path: Path, monkeypatch: Patch, equation: str, module: object) -> None:
@@ -63,7 +64,7 @@ def test_a_denominator_that_may_be_zero(tmp_path: Path, monkeypatch: Patch) -> N
     samples = {"x": [0.5, 0.0], "y": [0.0, 0.0], "w": [0.0, 1.0]}
     same_where(problem, searched(problem).graph, samples)
     known = quotients.positive_ratio
-    monkeypatch.setattr(vectors, "positive_ratio", lambda *given: (*known(*given)[:2], None))
+    monkeypatch.setattr(vectorings, "positive_ratio", lambda *given: (*known(*given)[:2], None))
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem).graph, samples)
 
@@ -75,12 +76,12 @@ def test_chains_of_one_coefficient_want_it_positive(tmp_path: Path, monkeypatch:
     problem = problem_of(tmp_path, BOX, equations, "t")
     samples = {"x": [0.5, 0.5], "y": [0.0, 0.0], "w": [1.0, -1.0]}
     same_where(problem, searched(problem, implicit=False).graph, samples)
-    chain = standard._circular
+    chain = standard_chains._circular
 
     def broken(builder, branch, sine, cosine, C):
         return chain(builder, branch, (sine[0], True), (cosine[0], True), C)
 
-    monkeypatch.setattr(standard, "_circular", broken)
+    monkeypatch.setattr(standard_chains, "_circular", broken)
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem, implicit=False).graph, samples)
 

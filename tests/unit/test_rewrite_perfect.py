@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.rewrite import conditions, perfect
+from cordicc.rewrite.rules import perfect_squares
+from cordicc.rewrite.search import conditions
 from tests.rewriting import problem_of, same_where, searched, units
 
 VECTORS = "ax=-1:1, ay=-1:1, bx=-1:1, by=-1:1"
@@ -25,7 +26,7 @@ def test_the_angle_between_vectors_is_one_vectoring(tmp_path: Path) -> None:
 
 
 def test_the_angle_between_vectors_has_no_sign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(perfect, "_size", lambda store, value: value)
+    monkeypatch.setattr(perfect_squares, "_size", lambda store, value: value)
     problem = problem_of(tmp_path, "ax=0.2:0.6, ay=0.2:0.5, bx=0.1:1, by=-1:-0.2", BETWEEN, "t")
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem).graph, {n: [abs(x) for x in c] for n, c in CORNERS.items()})

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.checks import input_intervals
+from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Value
-from cordicc.rewrite.base import Context
 from cordicc.rewrite.cheapest import Gate
-from cordicc.rewrite.costs import Costs
-from cordicc.rewrite.search import Realisations
-from cordicc.targets.model import load_target
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.search.costs import Costs
+from cordicc.rewrite.search.realisations import Realisations
+from cordicc.targets.target import load_target
 from tests.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
 TWO_LINKS = """
@@ -190,7 +190,7 @@ def test_without_implicit_units_chains_are_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("goal", ["processors", "latency", "area"])
 def test_goals_come_first(tmp_path: Path, goal: str) -> None:
-    from cordicc.rewrite.costs import Costs, of_graph
+    from cordicc.rewrite.search.costs import Costs, of_graph
     from tests.rewriting import KINEMATIC
 
     equations = "q = atan2(y, x)\np = v*cos(q) - w*sin(q)\nt = atan2(p, w + x)"

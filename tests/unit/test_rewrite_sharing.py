@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.rewrite import chains, sharing, squares
-from cordicc.rewrite.costs import Costs
+from cordicc.rewrite.rules import rotation_chains, sharing, squares
+from cordicc.rewrite.search.costs import Costs
 from tests.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
 ENDS = ((2, 3, -9, 8), (-2, 1, 7, -9), (1, 2, 9, 8), (3, -1, -8, -9))
@@ -100,10 +100,10 @@ def test_preferred_implicit_units_come_before_every_goal(tmp_path: Path) -> None
 
 
 def search_with(problem, graph, *, preferred: bool):
-    from cordicc.checks import input_intervals
-    from cordicc.rewrite.base import Context
+    from cordicc.frontend.domain import input_intervals
     from cordicc.rewrite.cheapest import cheapest
-    from cordicc.targets.model import load_target
+    from cordicc.rewrite.passes.base import Context
+    from cordicc.targets.target import load_target
 
     costs = Costs.of(load_target("krieger96"), implicit=True, preferred=preferred)
     return cheapest(problem, graph, Context(input_intervals(problem), "latency"), costs).graph
@@ -134,6 +134,6 @@ def test_what_halves_rests_on_its_factors(tmp_path: Path, monkeypatch: pytest.Mo
     equations = "p = cos(a)*cos(b) + 2*sin(a)*sin(b)\nq = cos(a)*sin(b) + 2*sin(a)*cos(b)"
     problem = problem_of(tmp_path, "a=-1:1, b=-1:1", equations, "p, q")
     searched(problem)
-    monkeypatch.setattr(chains, "_HALF", Fraction(1, 3))
+    monkeypatch.setattr(rotation_chains, "_HALF", Fraction(1, 3))
     with pytest.raises(AssertionError):
         searched(problem)

@@ -5,18 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from cordicc.arith import sequences, study
-from cordicc.arith.scaled_kernels import implicit_scaled, rotate_scaled, vector_scaled
+from cordicc.arith.kernels import shift_sequences
+from cordicc.studies import iterations
+from cordicc.studies.scaled_kernels import implicit_scaled, rotate_scaled, vector_scaled
 
 ANGLE_BITS = 40
 BITS = 30
-PAPER = sequences.krieger96()
-TABLE = sequences.step_table(PAPER, ANGLE_BITS)
+PAPER = shift_sequences.krieger96()
+TABLE = shift_sequences.step_table(PAPER, ANGLE_BITS)
 LAST = PAPER.resolution
 ROUNDING = 2.5 * len(PAPER.shifts)
 """Units: an iteration errs by at most sqrt(2) (5/4 + 1/2), and no later product of norms exceeds 1.07."""
 
-HYPERBOLIC = sequences.Sequence("hyperbolic", -1, sequences.hyperbolic_shifts(15), True, (-1,) * 15)
+HYPERBOLIC = shift_sequences.Sequence(
+    "hyperbolic", -1, shift_sequences.hyperbolic_shifts(15), True, (-1,) * 15
+)
 """Not a scaling to 1: (1 - h^2)(1 + h^2) = 1 - h^4 of each step remains."""
 
 
@@ -99,18 +102,18 @@ def test_the_papers_rule_without_a_solution_is_invalid():
 @pytest.mark.parametrize("mode", ["rotation", "implicit"])
 def test_every_row_is_that_of_high_precision(mode):
     """The paper's Tables 2 and 3 in integers: no row differs by more than its rounding."""
-    number = study.mp.mpf
+    number = iterations.mp.mpf
     for count in range(1, 23):
-        part = sequences.Sequence("part", 1, PAPER.shifts[:count], True, PAPER.eta[:count])
-        table = sequences.step_table(part, ANGLE_BITS)
+        part = shift_sequences.Sequence("part", 1, PAPER.shifts[:count], True, PAPER.eta[:count])
+        table = shift_sequences.step_table(part, ANGLE_BITS)
         one = fixed([1.0])
         if mode == "rotation":
             angle = number("1.1780972451")
-            state = study.rotate(part, study.State(number(1), number(1), angle)).end
+            state = iterations.rotate(part, iterations.State(number(1), number(1), angle)).end
             ends = rotate_scaled(one, one, fixed([2 * float(angle)], ANGLE_BITS), table)
         else:
-            start = study.State(number(1), number(2), number(0), number(0.5))
-            state = study.implicit_by_eq9(part, start).end
+            start = iterations.State(number(1), number(2), number(0), number(0.5))
+            state = iterations.implicit_by_eq9(part, start).end
             ends = implicit_scaled(one, 2 * one, one >> 1, 0 * one, table)
         assert abs(float(state.x) - real(ends.x)[0]) <= math.ldexp(ROUNDING, -BITS)
         assert abs(float(state.y) - real(ends.y)[0]) <= math.ldexp(ROUNDING, -BITS)
@@ -118,9 +121,9 @@ def test_every_row_is_that_of_high_precision(mode):
 
 
 def test_hyperbolic_rotation_and_vectoring():
-    table = sequences.step_table(HYPERBOLIC, ANGLE_BITS)
+    table = shift_sequences.step_table(HYPERBOLIC, ANGLE_BITS)
     assert HYPERBOLIC.converges
-    left = float(sequences.exact_gain(HYPERBOLIC) * sequences.exact_scaling(HYPERBOLIC))
+    left = float(shift_sequences.exact_gain(HYPERBOLIC) * shift_sequences.exact_scaling(HYPERBOLIC))
     t = np.linspace(-HYPERBOLIC.domain, HYPERBOLIC.domain, 801)[1:-1]
     one, zero = fixed(np.full_like(t, 1.0)), fixed(np.zeros_like(t))
     turned = rotate_scaled(one, zero, fixed(t, ANGLE_BITS), table)

@@ -5,11 +5,17 @@ from dataclasses import replace
 
 import pytest
 
-from cordicc.plan import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.verify import verify
 from cordicc.schedule.delays import delays
-from cordicc.schedule.fifo_lp import solve
-from cordicc.schedule.problem import InfeasibleError, SchedulingProblem, Task, Value, fifo_words
-from cordicc.schedule.verify import verify
+from cordicc.schedule.solver.fifo_lp import solve
+from cordicc.schedule.solver.scheduling_problem import (
+    InfeasibleError,
+    SchedulingProblem,
+    Task,
+    Value,
+    fifo_words,
+)
 from tests.random_plans import Flow
 
 

@@ -8,23 +8,23 @@ import pytest
 from click.testing import CliRunner, Result
 
 import cordicc
-from cordicc.backends import schedule_chart
-from cordicc.cli import main
-from cordicc.copies import replicated
-from cordicc.diagnostics import InvalidInput, Unattainable
-from cordicc.emulate.sampling import draw
-from cordicc.explore import INTERVALS, explore, workers
+from cordicc.backends.pictures import schedule_chart
+from cordicc.base.diagnostics import InvalidInput, Unattainable
+from cordicc.cli.main import main
+from cordicc.ir.sampling import draw
 from cordicc.pipeline import Options, plan_file
-from cordicc.plan import ControlWord, Plan
-from cordicc.plan_json import dump, parse
+from cordicc.plan.copies import replicated
+from cordicc.plan.file import dump, parse
+from cordicc.plan.model import ControlWord, Plan
+from cordicc.plan.verify import verify
 from cordicc.schedule.bare import parse_graph, schedule_graph
-from cordicc.schedule.engine import Effort
 from cordicc.schedule.place import place
-from cordicc.schedule.problem import Schedule, SchedulingProblem, Task, Value
 from cordicc.schedule.request import Limits, goals, interval_for, scheduled
-from cordicc.schedule.verify import verify
+from cordicc.schedule.solver.engine import Effort
+from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, Value
 from cordicc.schedule.verify_bare import verify_bare
-from cordicc.targets.model import CAU_KINDS, load_target
+from cordicc.studies.trade_off import INTERVALS, explore, workers
+from cordicc.targets.target import CAU_KINDS, load_target
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 LIGHT = Effort(schedule=2.0, words=0.5)

@@ -2,11 +2,11 @@
 
 import pytest
 
-from cordicc.schedule.exact import Work, minimise
-from cordicc.schedule.goals import FIFO_WORDS, Goal
-from cordicc.schedule.network import network
-from cordicc.schedule.problem import SchedulingProblem, Task, Value
-from cordicc.schedule.program import Space
+from cordicc.schedule.solver.cp_program import Space
+from cordicc.schedule.solver.cp_search import Work, minimise
+from cordicc.schedule.solver.dependences import network
+from cordicc.schedule.solver.goals import FIFO_WORDS, Goal
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, Value
 
 CHAIN = SchedulingProblem(
     tuple(Task(id, "cau", 3) for id in "abc"),

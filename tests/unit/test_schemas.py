@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from cordicc.cli import main
-from cordicc.diagnostics import InvalidInput, Source
-from cordicc.frontend.dh import CONVENTIONS, FIELDS, MAX_JOINTS
+from cordicc.base.diagnostics import InvalidInput, Source
+from cordicc.cli.main import main
+from cordicc.expressions.syntax import CONSTANT_NAMES, FUNCTIONS
 from cordicc.frontend.load import KEYS, load_problem, parse_problem
-from cordicc.frontend.syntax import CONSTANT_NAMES, FUNCTIONS
-from cordicc.targets.model import _FUNCTIONS, REQUIRED_KINDS, load_target, shipped_targets, target_text
+from cordicc.frontend.robots.dh import CONVENTIONS, FIELDS, MAX_JOINTS
+from cordicc.targets.target import _FUNCTIONS, REQUIRED_KINDS, load_target, shipped_targets, target_text
 
 ROOT = Path(__file__).resolve().parents[2]
 PROBLEMS = sorted([*(ROOT / "examples").glob("*.yaml"), *(ROOT / "tests" / "corpus").glob("*.yaml")])

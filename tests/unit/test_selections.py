@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
-from cordicc.arith.intervals import Interval
 from cordicc.ir.graph import Builder, Graph, Value
-from cordicc.rewrite.base import Context
-from cordicc.rewrite.selections import Selections
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.selections import Selections
 
 from .test_rewrite import NAMES, assert_same, build, samples
 

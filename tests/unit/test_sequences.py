@@ -7,10 +7,10 @@ from math import atan, pi, prod
 import pytest
 from click.testing import CliRunner, Result
 
-from cordicc.arith import sequences
-from cordicc.arith.search import Conditions, Outcome, ZeroShift, merge, outcomes, run, tasks
-from cordicc.cli import main
-from cordicc.ir.fold import PI
+from cordicc.arith.kernels import shift_sequences
+from cordicc.cli.main import main
+from cordicc.ir.meaning.exact import PI
+from cordicc.studies.sequence_search import Conditions, Outcome, ZeroShift, merge, outcomes, run, tasks
 
 ERROR = Fraction(1, 2**22)
 
@@ -82,7 +82,9 @@ def test_search_is_brute_force(zero: ZeroShift, final: int, error: Fraction, dom
 def test_the_papers_conditions() -> None:
     found = searched(Conditions(17, PI, ERROR, 22))
     assert [n for n, part in found.items() if part.scalable] == [19, 20, 21, 22]
-    paper = abs(scaling_error(sequences.KRIEGER96_SHIFTS, sequences.KRIEGER96_ETA, ZeroShift.NONE))
+    paper = abs(
+        scaling_error(shift_sequences.KRIEGER96_SHIFTS, shift_sequences.KRIEGER96_ETA, ZeroShift.NONE)
+    )
     (best,) = found[22].best
     assert abs(best.error) <= paper
     assert len(best.shifts) == 22
@@ -93,10 +95,10 @@ def test_the_papers_conditions() -> None:
 
 def test_the_papers_own_set_is_found() -> None:
     conditions = Conditions(17, PI, ERROR, 22)
-    ends = [sequences.KRIEGER96_SHIFTS.count(s) for s in range(17, 0, -1)]
+    ends = [shift_sequences.KRIEGER96_SHIFTS.count(s) for s in range(17, 0, -1)]
     ours = [t for t in tasks(conditions, 10_000) if list(t.prefix.counts) == ends[: len(t.prefix.counts)]]
     assert len(ours) == 1
-    (found,) = [s for s in run(ours[0])[22].best if s.shifts == sequences.KRIEGER96_SHIFTS]
+    (found,) = [s for s in run(ours[0])[22].best if s.shifts == shift_sequences.KRIEGER96_SHIFTS]
     assert abs(found.error) < Fraction("9.51e-12")
 
 
@@ -116,7 +118,7 @@ def test_jobs_do_not_matter() -> None:
 
 def test_list_and_details(golden) -> None:
     golden("sequences/list.txt", invoke().stdout)
-    for sequence in sequences.shipped():
+    for sequence in shift_sequences.shipped():
         result = invoke(sequence.name)
         assert result.exit_code == 0
         assert "convergence    yes" in result.stdout

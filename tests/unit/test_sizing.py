@@ -5,11 +5,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from cordicc.arith import sizing
-from cordicc.arith.cau import Cau
-from cordicc.arith.fixed_point import FixedPoint
-from cordicc.arith.sizing import OPERATIONS, adder_bits, error_ulp, internal_errors_ulp, size_unit
-from cordicc.targets import model
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.unit import sizing
+from cordicc.arith.unit.cau import Cau
+from cordicc.arith.unit.sizing import OPERATIONS, adder_bits, error_ulp, internal_errors_ulp, size_unit
+from cordicc.targets import target
 
 BITS = 8
 TIGHTNESS = 4
@@ -148,7 +148,7 @@ def test_tighter_errors_and_wider_words_need_more():
 
 
 def test_operations_are_those_of_units():
-    functions = model._FUNCTIONS
+    functions = target._FUNCTIONS
     assert set(OPERATIONS) == functions["standard"] | functions["implicit"]
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.diagnostics import InvalidInput, Source
+from cordicc.base.diagnostics import InvalidInput, Source
 from cordicc.frontend.load import load_problem, parse_problem
 from cordicc.frontend.numeric import evaluate
-from cordicc.ir.verify import verify
+from cordicc.ir.well_formed import verify
 
 CORPUS = Path(__file__).parents[1] / "corpus"
 ACCEPTED = sorted(p for p in CORPUS.glob("*.yaml") if not p.stem.startswith("rej_"))

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 import cordicc
-from cordicc import cli_simulate
-from cordicc.emulate import accuracy, functional, sampling, tables
+from cordicc.cli import simulate
+from cordicc.emulate import accuracy, functional, sample_tables
 from cordicc.emulate.histogram import Errors, worst_first
-from cordicc.emulate.screening import screen
-from cordicc.emulate.streaming import run_parts
-from cordicc.ir.reference import evaluate
+from cordicc.emulate.long_run import run_parts
+from cordicc.emulate.observation import angles_of, exact, machine_of
+from cordicc.ir import sampling
+from cordicc.ir.meaning.doubles import screen
+from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.text import parse_graph
-from cordicc.observation import angles_of, exact, machine_of
 from tests.unit.test_cli import EXAMPLES, run
 
 CORPUS = Path(__file__).resolve().parents[1] / "corpus"
@@ -174,8 +175,8 @@ def test_csv_and_npz_in_parts(file: Path, tmp_path: Path, monkeypatch: pytest.Mo
     np.savez_compressed(tmp_path / "in.npz", y=y, x=x)
     outs = []
     for part in (65536, 64, 100):
-        monkeypatch.setattr(cli_simulate, "PART_ROWS", part)
-        monkeypatch.setattr(tables.read_table, "__defaults__", (part,))
+        monkeypatch.setattr(simulate, "PART_ROWS", part)
+        monkeypatch.setattr(sample_tables.read_table, "__defaults__", (part,))
         for source in ("in.csv", "in.npz"):
             for out in ("out.csv", "out.npz"):
                 command = ("simulate", file, "--inputs", tmp_path / source, "--outputs", tmp_path / out)
@@ -297,7 +298,7 @@ def test_golden_data_that_does_not_fit(file: Path, tmp_path: Path, expected: str
 
 def test_a_name_that_could_be_a_number_is_a_header(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("inf\n1.5\n", encoding="utf-8")
-    table = tables.read_table(tmp_path / "a.csv", tables.Columns(["inf"]))
+    table = sample_tables.read_table(tmp_path / "a.csv", sample_tables.Columns(["inf"]))
     assert next(table.parts)["inf"].tolist() == [1.5]
 
 

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import pytest
 
-from cordicc.frontend.lexer import ExpressionError
-from cordicc.frontend.syntax import (
+from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.syntax import (
     Call,
     Name,
     Neg,

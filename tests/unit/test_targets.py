@@ -3,8 +3,8 @@
 import pytest
 from ruamel.yaml import YAML
 
-from cordicc.diagnostics import InvalidInput
-from cordicc.targets.model import function_name, load_target, shipped_targets, target_text
+from cordicc.base.diagnostics import InvalidInput
+from cordicc.targets.target import function_name, load_target, shipped_targets, target_text
 
 
 @pytest.mark.parametrize("name", shipped_targets())

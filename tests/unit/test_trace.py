@@ -10,9 +10,10 @@ from click.testing import CliRunner, Result
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cordicc.arith import sequences, study
-from cordicc.cli import main
-from cordicc.trace import decimal
+from cordicc.arith.kernels import shift_sequences
+from cordicc.cli.main import main
+from cordicc.studies import iterations
+from cordicc.studies.iteration_table import decimal
 
 # Krieger and Hosticka 1996, as printed: i, x_i, y_i, z_i.
 TABLE_2 = """
@@ -123,11 +124,13 @@ def test_tables_of_the_paper(table: int, golden) -> None:
 
 def test_the_last_printed_rows_lack_their_scaling() -> None:
     """Rows 21 and 22 of both tables are those of η = 0, to the printed digits, not of the printed η."""
-    paper = sequences.krieger96()
+    paper = shift_sequences.krieger96()
     unscaled = replace(paper, eta=(*paper.eta[:20], 0, 0))
-    number = study.mp.mpf
-    first = study.rotate(unscaled, study.State(number(1), number(1), number("1.1780972451")))
-    second = study.implicit_by_eq9(unscaled, study.State(number(1), number(2), number(0), number("0.5")))
+    number = iterations.mp.mpf
+    first = iterations.rotate(unscaled, iterations.State(number(1), number(1), number("1.1780972451")))
+    second = iterations.implicit_by_eq9(
+        unscaled, iterations.State(number(1), number(2), number(0), number("0.5"))
+    )
     for run, printed in ((first, TABLE_2), (second, TABLE_3)):
         for row, line in zip(run.rows[20:], printed.split("\n")[21:23], strict=True):
             for value, digits in zip((row.state.x, row.state.y, row.state.z), line.split()[1:], strict=True):

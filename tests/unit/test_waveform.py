@@ -14,10 +14,11 @@ from click.testing import CliRunner
 from vcd.reader import TokenKind, tokenize
 
 from cordicc.api import Plan
-from cordicc.cli import main
-from cordicc.diagnostics import Unattainable
-from cordicc.emulate import sampling, waveform
-from cordicc.observation import machine_of
+from cordicc.base.diagnostics import Unattainable
+from cordicc.cli.main import main
+from cordicc.emulate import waveform
+from cordicc.emulate.observation import machine_of
+from cordicc.ir import sampling
 from cordicc.pipeline import Options, plan_file
 from cordicc.schedule.request import Limits
 

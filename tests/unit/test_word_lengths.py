@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 import cordicc
-from cordicc.arith.intervals import Interval
-from cordicc.diagnostics import Unattainable
-from cordicc.ir.contraction import contracted
+from cordicc.base.diagnostics import Unattainable
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.ranges import value_ranges
-from cordicc.ir.reference import evaluate
-from cordicc.ir.subdivision import Goal, tightened
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.ranges.contraction import contracted
+from cordicc.ir.ranges.forward import value_ranges
+from cordicc.ir.ranges.subdivision import Goal, tightened
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import read_problem, rewrite
-from cordicc.targets.model import load_target
-from cordicc.word_lengths import magnitudes
+from cordicc.precision.binary_points import magnitudes
+from cordicc.targets.target import load_target
 
 DIFFERENCE = "%0 = input[name=x]\n%1 = mul(%0, %0)\n%2 = sub(%1, %0)\noutput y = %2\n"
 UNIT = {"x": Interval(-1.0, 1.0)}
@@ -83,7 +83,7 @@ CORPUS = Path(__file__).resolve().parents[1] / "corpus"
     ["planar_2r_solve", "catenary_two_supports", "double_wishbone_2d", "humanoid_leg_6dof", "lorentz_boost"],
 )
 def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) -> None:
-    from cordicc.checks import input_intervals, input_samples
+    from cordicc.frontend.domain import input_intervals, input_samples
 
     loaded = read_problem(CORPUS / f"{name}.yaml")
     graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
@@ -165,7 +165,7 @@ def test_units_are_sized_for_the_words_between_operations(guard: int) -> None:
 def test_a_fixed_point_plan_reads_back_and_refuses_other_formats(tmp_path: Path) -> None:
     import json
 
-    from cordicc.diagnostics import InvalidInput
+    from cordicc.base.diagnostics import InvalidInput
 
     plan = cordicc.compile(CORPUS / "planar_2r.yaml", target="fixed24")
     path = tmp_path / "plan.json"
@@ -202,7 +202,7 @@ def test_a_fixed_point_plan_reads_back_and_refuses_other_formats(tmp_path: Path)
     ],
 )
 def test_odd_problems(tmp_path: Path, inputs: str, equations: list[str], codes: set[str]) -> None:
-    from cordicc.diagnostics import CordiccError
+    from cordicc.base.diagnostics import CordiccError
 
     lines = "".join(f"  - {equation}\n" for equation in equations)
     path = problem_file(tmp_path, f"inputs: {inputs}\nequations:\n{lines}")
@@ -249,7 +249,7 @@ def test_words_are_not_finer_than_the_units_that_make_them(
 @pytest.mark.parametrize("width", [10, 16, 26, 28])
 @pytest.mark.parametrize("rounding", ["half-up", "half-even", "floor"])
 def test_targets_of_other_widths(tmp_path: Path, width: int, rounding: str) -> None:
-    from cordicc.targets.model import target_text
+    from cordicc.targets.target import target_text
 
     text = target_text("fixed24").text.replace("width: 24", f"width: {width}")
     path = tmp_path / "mine.yaml"

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cordicc.diagnostics import Report, Source
-from cordicc.frontend.yamltree import MAX_DEPTH, NodeKind, Places, read_tree
+from cordicc.base.diagnostics import Report, Source
+from cordicc.frontend.document.yamltree import MAX_DEPTH, NodeKind, Places, read_tree
 
 
 def tree(text):

@@ -1,0 +1,139 @@
+"""Argument reduction before the micro-rotations, and what follows them: gain, angle sums, alignment."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.arith.kernels.blocks import (
+    WIDE_BITS,
+    ZERO_EXPONENT,
+    Int64,
+    Scaled,
+    joined,
+    normalise,
+    shifted,
+    to_float,
+    unpack,
+    widened,
+)
+from cordicc.arith.kernels.micro_rotations import multiply_round
+from cordicc.arith.kernels.shift_sequences import (
+    StepTable,
+    inverse_ln2_fixed,
+    ln2_fixed,
+    pi_fixed,
+    turn_fixed,
+)
+from cordicc.arith.numbers.formats import FloatArray
+
+LN2_BITS = 48
+SCALE_BITS = 4
+TAU_BITS = 37
+TURN_BITS = 64
+TURN_TAIL_BITS = 30
+PHASE_EXPONENTS = range(-192, 129)
+
+
+class Reduced(NamedTuple):
+    """A reduced argument: a multiple of the period (or of ln 2), and the rest as a fixed-point angle."""
+
+    multiple: Int64
+    remainder: Int64
+
+
+def reduce_circular(angle: Scaled, angle_bits: int) -> Reduced:
+    """Return the quadrant 0..3 and the remainder in [-pi/4, pi/4] of any angle.
+
+    The phase in turns is mantissa * 2^exponent/(2 pi) modulo 1, a product modulo 2^64 with a constant of
+    94 fraction bits; its error is below 2^-62 turn.  The remainder errs by 0.9 of a unit of
+    the `angle_bits` more (half, and 0.39 for the three bits below it, in turns), and by 2^-41 rad for the
+    rounding of 2 pi.
+    """
+    phase = _phase(angle)
+    quadrant = (phase + np.uint64(1 << 61)) >> np.uint64(62)
+    rest = (phase - (quadrant << np.uint64(62))).view(np.int64)
+    # 3 bits are below the angle's last; |rest| <= 2^-3 turn.
+    rest = shifted_by(rest, TURN_BITS - angle_bits - 3)
+    remainder = multiply_round(rest, pi_fixed(TAU_BITS + 1), TAU_BITS + 3, angle_bits)
+    return Reduced((quadrant & np.uint64(3)).astype(np.int64), remainder)
+
+
+def phase_in_turns(angle: Scaled) -> FloatArray:
+    """Return an angle in radians modulo one turn, in [-1/2, 1/2] turns, to 2^-54."""
+    return np.ldexp(_phase(angle).view(np.int64).astype(np.float64), -TURN_BITS)
+
+
+def _phase(angle: Scaled) -> NDArray[np.uint64]:
+    """Return the phase of mantissas of at most 32 bits with 64 fraction bits, modulo 1."""
+    heads, tails = phase_constants()
+    index = np.clip(angle.exponent, PHASE_EXPONENTS.start, PHASE_EXPONENTS.stop - 1) - PHASE_EXPONENTS.start
+    phase = angle.mantissa.astype(np.uint64)
+    phase *= heads[index]
+    phase += ((angle.mantissa * tails[index]) >> TURN_TAIL_BITS).astype(np.uint64)
+    return phase
+
+
+def reduce_hyperbolic(z: FloatArray, operand_bits: int, angle_bits: int) -> Reduced:
+    """Return q and r with z = q ln 2 + r, |r| <= 0.35; |z| saturates at 512, far beyond any result."""
+    bounded = np.clip(z, -512.0, 512.0)
+    number = unpack(bounded, operand_bits)
+    fixed_z = shifted(number.mantissa, -angle_bits - number.exponent)
+    doublings = shifted_by((fixed_z >> (angle_bits - 16)) * inverse_ln2_fixed(30), 46)
+    return Reduced(doublings, fixed_z - ln2_multiple(doublings, angle_bits))
+
+
+def sum_and_difference(x: Scaled, y: Scaled, operand_bits: int, bits: int) -> tuple[Scaled, Scaled]:
+    """Return x + y and x - y with mantissas of `bits` bits, to 2^-bits relative and 2^-52 of the larger."""
+    (a, b), exponent = joined((x, y), operand_bits, WIDE_BITS)
+    return normalise(Scaled(a + b, exponent), bits), normalise(Scaled(a - b, exponent.copy()), bits)
+
+
+def angle_sum(z: Scaled, angle: Int64, operand_bits: int, angle_bits: int) -> FloatArray:
+    """Return z + angle in radians: all bits of the angle while |z| < 2^(50 - angle_bits), fewer beyond."""
+    exponent = np.maximum(z.exponent - (WIDE_BITS - 2 - operand_bits), -angle_bits)
+    total = shifted(z.mantissa, exponent - z.exponent)
+    total += shifted(angle, exponent + angle_bits)
+    return to_float(Scaled(total, exponent))
+
+
+def ln2_multiple(count: Int64, angle_bits: int) -> Int64:
+    """Return count * ln 2 as a fixed-point angle, for |count| <= 2^14."""
+    return shifted_by(count * ln2_fixed(LN2_BITS), LN2_BITS - angle_bits)
+
+
+def shifted_by(value: Int64, count: int) -> Int64:
+    """Return value / 2^count rounded half up, in place."""
+    value += 1 << (count - 1)
+    value >>= count
+    return value
+
+
+def compensated(coordinate: Int64, exponent: Int64, table: StepTable) -> Scaled:
+    """Divide by the gain: a product with its constant reciprocal, which keeps four more bits.
+
+    The reciprocal has one fraction bit more than a coordinate has bits, so the quotient errs by an
+    eighth of the coordinate's unit after standard iterations, by a sixth after root-free ones.
+    """
+    shift = table.coordinate_bits + 1 - SCALE_BITS
+    product = multiply_round(coordinate, table.inverse_gain, shift, table.coordinate_bits)
+    return Scaled(product, exponent - SCALE_BITS)
+
+
+def padded(number: Scaled, bits: int) -> Scaled:
+    """Append guard bits; the number 0 keeps the exponent of 0."""
+    wide = widened(number, bits)
+    return Scaled(wide.mantissa, np.where(wide.mantissa == 0, ZERO_EXPONENT, wide.exponent))
+
+
+@cache
+def phase_constants() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+    """Return 2^e/(2 pi) modulo 1 for each exponent e: 64 fraction bits, and the 30 after them."""
+    bits = TURN_BITS + TURN_TAIL_BITS
+    turns = [turn_fixed(exponent, bits) % (1 << bits) for exponent in PHASE_EXPONENTS]
+    heads = np.array([turn >> TURN_TAIL_BITS for turn in turns], dtype=np.uint64)
+    tails = np.array([turn & ((1 << TURN_TAIL_BITS) - 1) for turn in turns], dtype=np.int64)
+    return heads, tails

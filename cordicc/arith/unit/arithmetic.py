@@ -1,0 +1,144 @@
+"""The arithmetic of a target: every operation of a plan executed on words, bit for bit.
+
+An arithmetic is built from plain data (embedded in every plan):
+
+    format: {kind: ieee-single}     # or {kind: fixed-point, width: 24, guard: 4, rounding: half-up}
+    units:
+      standard: {mantissa_bits: 32, exponent_bits: 10, angle_bits: 32, iterations: 30}
+      implicit: {mantissa_bits: 32, exponent_bits: 10, angle_bits: 32, iterations: 30, rule: single-rotation}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cordicc.arith.numbers.formats import FloatArray, NumberFormat, NumberSystem, Signal
+from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
+from cordicc.arith.unit.systems import system_from_spec
+
+RULES = ("single-rotation", "root-free")
+"""Implicit rules: standard micro-rotations with the target scaled by their gain, or root-free ones."""
+
+_MOST_MANTISSA_BITS = 40 + INTEGER_BITS
+_MOST_ANGLE_BITS = 44
+_FEWEST_ITERATIONS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """A number system and the CAUs by kind."""
+
+    system: NumberSystem
+    caus: Mapping[str, Cau]
+
+    @classmethod
+    def from_spec(cls, spec: Mapping[str, Any]) -> Arithmetic:
+        """Build from plain data, see the module.  Raises ValueError with what is wrong."""
+        _keys(spec, "arithmetic", {"format", "units"}, set())
+        system = system_from_spec(spec["format"])
+        if not isinstance(spec["units"], Mapping):
+            raise ValueError("arithmetic.units must be a mapping of kinds")
+        units = spec["units"].items()
+        return cls(system, {str(kind): _cau(str(kind), unit, system.operand_bits) for kind, unit in units})
+
+    def execute(
+        self,
+        op: str,
+        params: Mapping[str, Any],
+        kind: str,
+        operands: Sequence[Signal],
+        formats: Sequence[NumberFormat | None],
+    ) -> tuple[Signal | None, ...]:
+        """Execute an operation on words.
+
+        Args:
+            op: an arithmetic or unit operation.
+            params: its parameters; a factor is the text of a constant.
+            kind: the kind of the executing unit, which picks the CAU.
+            operands: arrays of words, shape (n,) or broadcastable to it.
+            formats: of each result, None for one that nobody takes.
+
+        Returns:
+            Each result, None where nobody takes it.  Any invalid operand makes every result invalid.
+
+        Raises:
+            ValueError: unknown operation, parameter or kind.
+        """
+        if op in _UNIT_OPERATIONS:
+            if kind not in self.caus:
+                raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
+            values = [operand.values for operand in operands]
+            results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
+            angle = ANGLE_RESULT.get(op) if params.get("m") == 1 else None
+            return tuple(
+                None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
+                for at, (v, f) in enumerate(zip(results, formats, strict=True))
+            )
+        (result,) = formats
+        if result is None:
+            return (None,)
+        return (Signal(self.system.calculate(op, params, operands, result), result),)
+
+
+_UNIT_OPERATIONS: dict[str, Callable[..., tuple[FloatArray, ...]]] = {
+    "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
+    "vector": lambda cau, params, *values: cau.vector(_system(params), _unit_sign(params), *values),
+    "lightcone": lambda cau, params, *values: cau.lightcone(*values),
+    "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
+}
+
+ANGLE_RESULT = {"vector": 1, "implicit": 0}
+"""Which result of a circular operation is an angle."""
+
+
+def _system(params: Mapping[str, Any]) -> int:
+    if params.get("m") not in (1, 0, -1):
+        raise ValueError(f"the coordinate system m must be 1, 0 or -1, not {params.get('m')!r}")
+    return int(params["m"])
+
+
+def _unit_sign(params: Mapping[str, Any]) -> int:
+    if params.get("sign") not in (1, -1):
+        raise ValueError(f"the sign must be 1 or -1, not {params.get('sign')!r}")
+    return int(params["sign"])
+
+
+def _branch(params: Mapping[str, Any]) -> str:
+    allowed = ("+", "-") if params.get("m") == 1 else ("+", "-", "none")
+    if params.get("m") == 0 or params.get("branch") not in allowed:
+        raise ValueError(f"no implicit mode with m {params.get('m')!r}, branch {params.get('branch')!r}")
+    return str(params["branch"])
+
+
+def _cau(kind: str, spec: Any, operand_bits: int) -> Cau:
+    where = f"arithmetic.units.{kind}"
+    _keys(spec, where, {"mantissa_bits", "exponent_bits", "iterations"}, {"angle_bits", "rule"})
+    least = operand_bits + INTEGER_BITS
+    mantissa = _integer(spec, where, "mantissa_bits", range(least, _MOST_MANTISSA_BITS + 1))
+    _integer(spec, where, "exponent_bits", range(EXPONENT_BITS, EXPONENT_BITS + 1))
+    iterations = _integer(spec, where, "iterations", range(_FEWEST_ITERATIONS, mantissa))
+    angle = mantissa
+    if "angle_bits" in spec:
+        angle = _integer(spec, where, "angle_bits", range(operand_bits, _MOST_ANGLE_BITS + 1))
+    rule = spec.get("rule")
+    if rule is not None and rule not in RULES:
+        raise ValueError(f"{where}.rule must be one of {', '.join(RULES)}")
+    return Cau(mantissa - INTEGER_BITS, iterations, rule, operand_bits, angle)
+
+
+def _integer(spec: Mapping[str, Any], where: str, key: str, allowed: range) -> int:
+    value = spec[key]
+    if not isinstance(value, int) or isinstance(value, bool) or value not in allowed:
+        raise ValueError(f"{where}.{key} must be an integer from {allowed.start} to {allowed.stop - 1}")
+    return value
+
+
+def _keys(spec: Any, where: str, required: set[str], optional: set[str]) -> None:
+    if not isinstance(spec, Mapping):
+        raise ValueError(f"{where} must be a mapping")
+    if missing := sorted(required - set(spec)):
+        raise ValueError(f"{where} lacks {', '.join(missing)}")
+    if unknown := sorted(str(key) for key in set(spec) - required - optional):
+        raise ValueError(f"{where} has unknown keys: {', '.join(unknown)}")

@@ -1,0 +1,170 @@
+"""The implicit mode of a unit: B cos t + A sin t = C, or with cosh and sinh, solved by one rotation.
+
+The start vector (x, y) = (A, B) is turned until y = C; the angle turned is t, and x ends at
+sqrt(A^2 + m B^2 - m C^2).  Whether there is a solution shows at the end: y reaches C or it does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cordicc.arith.kernels.blocks import (
+    ZERO_EXPONENT,
+    Int64,
+    Scaled,
+    joined,
+    normalise,
+    shifted,
+    to_float,
+    unpack,
+)
+from cordicc.arith.kernels.micro_rotations import Integers, quarter_turn
+from cordicc.arith.kernels.reduction import compensated, ln2_multiple, sum_and_difference
+from cordicc.arith.kernels.shift_sequences import StepTable, pi_fixed
+from cordicc.arith.numbers.formats import FloatArray
+
+Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
+
+LOG_BITS = 8
+GUARD_BITS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class ImplicitTable:
+    """A kernel, its constants, whether it needs the first turn by +-90 degrees, and the unit's widths.
+
+    `tolerance` is the largest |y - C| at the end of a solved equation, in units of the block's last place.
+    """
+
+    kernel: Kernel
+    steps: StepTable
+    quarter_turns: bool
+    operand_bits: int
+    fraction_bits: int
+    angle_bits: int
+    tolerance: int
+
+    def unpack(self, values: FloatArray) -> Scaled:
+        """Return operands as mantissas."""
+        return unpack(values, self.operand_bits)
+
+
+def circular(branch: str, operands: list[FloatArray], table: ImplicitTable) -> tuple[FloatArray, FloatArray]:
+    """Return t = atan2(A, B) +- acos(C/R) in (-2 pi, 2 pi], not wrapped, and sqrt(R^2 - C^2).
+
+    Branch "-" has x >= 0 at the end.  With psi the angle of (A, B), t is the target angle less psi, up to
+    a turn: a start with A < 0 is negated, which adds pi to psi, and its t counted from -pi is the
+    formula's own value.  Branch "+" is the mirror image: -A for A and -t for t.
+    """
+    A, B, C = operands
+    half_turn = pi_fixed(table.angle_bits)
+    block = (table.unpack(A), table.unpack(B), table.unpack(C))
+    (x, y, target), exponent = joined(block, table.operand_bits, table.fraction_bits)
+    if branch == "+":
+        np.negative(x, out=x)
+        # A = 0 > B must give atan2(0, B) = +pi, which the mirror image would turn into -pi.
+        negated = (A > 0) | ((A == 0) & (B < 0))
+    else:
+        negated = A < 0
+    side = np.where(negated, -1, 1)
+    x *= side
+    y *= side
+    z = np.where(negated, -half_turn, 0)
+    if table.quarter_turns:
+        x, y, z = quarter_turn(x, y, target, z, (half_turn + 1) >> 1)
+    x, y, target, z = table.kernel(x, y, target, z, table.steps)
+    # With A = 0 < B the formula is +-acos(C/B), which has one sign.
+    np.clip(
+        z,
+        np.where((A == 0) & (B > 0), -half_turn, -2 * half_turn),
+        np.where((A == 0) & (B > 0), 0, 2 * half_turn),
+        out=z,
+    )
+    if branch == "+":
+        z = -z
+    solved = np.abs(y - target) <= table.tolerance
+    solved &= (A != 0) | (B != 0)
+    return _results(solved, z, Scaled(x, exponent), table)
+
+
+def hyperbolic(
+    branch: str, operands: list[FloatArray], table: ImplicitTable
+) -> tuple[FloatArray, FloatArray]:
+    """Return t with B cosh t + A sinh t = C, and sqrt(A^2 - B^2 + C^2).
+
+    With E = e^t, p = (B+A)/2, q = (B-A)/2 the equation is p E + q/E = C.  Made C >= 0 by negation, and
+    mirrored (A, t to -A, -t) where needed, the solution is always E = N/(2p) with p > 0 and
+    N = C + sqrt(C^2 - 4 p q), which lies in [M, 2.42 M] for M = max(C, 2 sqrt|p q|).  So the logarithms
+    of p, q and C to a few bits give k = log2 E within 1.3; p 2^k and q 2^-k leave a solution within
+    0.9, inside the domain of the iterations.
+    """
+    A, B, C = operands
+    negated = np.where(C < 0, -1, 1)
+    a, b, c = table.unpack(A * negated), table.unpack(B * negated), table.unpack(C * negated)
+    p, q = sum_and_difference(b, a, table.operand_bits, table.fraction_bits)  # twice p and q of the docstring
+    p_positive, q_positive = p.mantissa > 0, q.mantissa > 0
+    both = p_positive & q_positive
+    mirrored = ~p_positive if branch != "-" else ~p_positive | q_positive
+    possible = np.where(mirrored, q_positive, p_positive)
+    if branch == "none":
+        possible &= ~both
+    p, q = _swapped(p, q, mirrored)
+    doublings = _estimate(p, q, c)
+    p = Scaled(p.mantissa, p.exponent + doublings)
+    q = Scaled(q.mantissa, np.where(q.mantissa == 0, ZERO_EXPONENT, q.exponent - doublings))
+    twice_c = Scaled(c.mantissa, c.exponent + 1)
+    x, y, target, exponent = _vector_of(p, q, twice_c, table)
+    x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps)
+    z += ln2_multiple(doublings, table.angle_bits)
+    z *= np.where(mirrored, -1, 1)
+    possible &= np.abs(y - target) <= table.tolerance
+    possible &= (c.mantissa != 0) | (q.mantissa != 0)
+    return _results(possible, z, Scaled(x, exponent - 1), table)
+
+
+def _results(
+    solved: NDArray[np.bool_], angle: Int64, rest: Scaled, table: ImplicitTable
+) -> tuple[FloatArray, FloatArray]:
+    mantissa = np.maximum(rest.mantissa, 0)
+    root = to_float(compensated(mantissa, rest.exponent, table.steps))
+    radians = np.ldexp(angle.astype(np.float64), -table.angle_bits)
+    return np.where(solved, radians, np.nan), np.where(solved, root, np.nan)
+
+
+def _swapped(p: Scaled, q: Scaled, where: NDArray[np.bool_]) -> tuple[Scaled, Scaled]:
+    first = Scaled(np.where(where, q.mantissa, p.mantissa), np.where(where, q.exponent, p.exponent))
+    second = Scaled(np.where(where, p.mantissa, q.mantissa), np.where(where, p.exponent, q.exponent))
+    return first, second
+
+
+def _estimate(twice_p: Scaled, twice_q: Scaled, c: Scaled) -> Int64:
+    """Return log2 of N/(2p) to the nearest integer, within 0.8 more."""
+    log_p, log_q, log_c = _log2(twice_p), _log2(twice_q), _log2(c)
+    log_n = np.maximum(log_c, (log_p + log_q) >> 1)
+    middle = 5 << (LOG_BITS - 3)  # 0.625: N is M times 1 to 2.42
+    log_e = log_n - log_p + (middle + (1 << (LOG_BITS - 1)))
+    doublings: Int64 = np.clip(log_e >> LOG_BITS, -1024, 1024)
+    return doublings
+
+
+def _log2(number: Scaled) -> Int64:
+    """Return log2 |number| with `LOG_BITS`, from the leading bits (J. N. Mitchell, 1962): up to 0.09 low."""
+    top = normalise(Scaled(np.abs(number.mantissa), number.exponent), LOG_BITS + 1)
+    return ((top.exponent + LOG_BITS) << LOG_BITS) + top.mantissa - (1 << LOG_BITS)
+
+
+def _vector_of(p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64, Int64, Int64, Int64]:
+    """Return (p - q, p + q, c) as a block below 1 with the unit's fraction bits, and its exponent."""
+    bits = table.fraction_bits
+    sizes = [p.exponent + bits, q.exponent + bits, c.exponent + table.operand_bits]
+    largest = np.maximum(np.maximum(sizes[0], sizes[1]), sizes[2])
+    wide = largest - (bits + GUARD_BITS)
+    first, second, target = (shifted(n.mantissa, wide - n.exponent) for n in (p, q, c))
+    x, y = first - second, first + second
+    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(target))
+    excess = np.where(size > 1 << (bits + GUARD_BITS), GUARD_BITS + 1, GUARD_BITS)
+    return shifted(x, excess), shifted(y, excess), shifted(target, excess), wide + excess

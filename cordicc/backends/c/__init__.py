@@ -1,0 +1,1 @@
+"""The bit-accurate C99 model."""

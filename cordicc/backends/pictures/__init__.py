@@ -1,0 +1,1 @@
+"""Pictures as SVG, converted to PNG and PDF where asked for."""

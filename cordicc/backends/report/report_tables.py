@@ -1,0 +1,219 @@
+"""The tables of the report, as text."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from cordicc.backends import labels
+from cordicc.plan.model import Plan
+
+DASH = "—"
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of the summary: name, value, note, and what is known about its optimality."""
+
+    name: str
+    value: str
+    note: str = ""
+    proof: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """A row of the accuracy table, as text."""
+
+    output: str
+    most: str
+    rms: str
+    bound: str
+    within: str
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
+class WordFormat:
+    """A row of the table of number formats: a value, and how its words are read."""
+
+    value: str
+    width: int
+    fraction: int
+    largest: str
+    ulp: str
+
+
+@dataclass(frozen=True, slots=True)
+class TargetUnit:
+    """A row of the table of the target's kinds of unit."""
+
+    kind: str
+    used: int
+    latency: str
+    interval: str
+    stages: str
+    adders: str
+    area: str
+
+
+def figures(plan: Plan) -> list[Figure]:
+    """Return the figures of the summary."""
+    kinds = Counter(unit.kind for unit in plan.units)
+    caus = sum(kinds[kind] for kind in labels.CAU_KINDS)
+    clock = labels.clock_hz(plan)
+
+    def time(count: int) -> str:
+        return labels.seconds(count, clock) if clock else ""
+
+    split = ", ".join(f"{kinds[kind]} {kind}" for kind in labels.CAU_KINDS if kinds[kind])
+    words = sum(fifo.depth for fifo in plan.fifos)
+    latency, interval = plan.latency_cycles, plan.initiation_interval
+    return [
+        Figure("Processors (CAUs)", str(caus), split, _proof(plan, "processors", caus)),
+        Figure("Latency, cycles", str(latency), time(latency), _proof(plan, "latency", latency)),
+        Figure("of which CAU stages", str(plan.cau_cycles), time(plan.cau_cycles)),
+        Figure("Longest path, cycles", str(sum(plan.critical_path().values())), _longest(plan)),
+        Figure(
+            "Initiation interval, cycles", str(interval), f"a sample every {time(interval)}" if clock else ""
+        ),
+        Figure("FIFO words", str(words), f"{len(plan.fifos)} segments", _proof(plan, "fifo_words", words)),
+    ]
+
+
+def _longest(plan: Plan) -> str:
+    path = plan.critical_path()
+    kinds = sorted(path, key=labels.kind_rank)
+    return ", ".join(f"{path[kind]} in {labels.plain_kind(kind)}s" for kind in kinds)
+
+
+def _proof(plan: Plan, goal: str, value: int) -> str:
+    """Say whether a figure is proven optimal, or how far the bound lies below it."""
+    if plan.optimal.get(goal):
+        return "proven optimal for these operations"
+    bound = plan.bounds.get(goal)
+    if bound is None:
+        return "no bound"
+    gap = f", gap {(value - bound) / value:.1%}" if value else ""
+    return f"not proven optimal; at least {bound}{gap}"
+
+
+def units(plan: Plan) -> list[tuple[str, int, str]]:
+    """Return kind, count and latencies of the units, CAUs first."""
+    rows = []
+    for kind in sorted({unit.kind for unit in plan.units}, key=labels.kind_rank):
+        latencies = sorted({unit.latency for unit in plan.units if unit.kind == kind})
+        count = sum(unit.kind == kind for unit in plan.units)
+        rows.append((labels.plain_kind(kind), count, ", ".join(map(str, latencies))))
+    return rows
+
+
+def accuracy(plan: Plan) -> list[Accuracy]:
+    """Return the errors of each output."""
+    angles = {str(each["name"]) for each in plan.problem.get("outputs", []) if each.get("angle")}
+    return [_accuracy(name, plan.accuracy.get(name), " rad" * (name in angles)) for name in plan.outputs]
+
+
+def _accuracy(name: str, record: Any, unit: str) -> Accuracy:
+    known = record or {}
+    bound, observed = known.get("bound") or {}, known.get("observed") or {}
+    most, rms = _error(observed.get("max"), unit), _error(observed.get("rms"), unit)
+    if not bound:
+        reason = known.get("bound_reason") or "not asked for; 'cordicc compile --certify' derives one"
+        return Accuracy(name, most, rms, DASH, DASH, reason)
+    note = [str(bound["where"])] if bound.get("where") else []
+    share = bound.get("share_of_samples")
+    if share is not None and (share < 1 or bound.get("conditions")):
+        note.append(f"{labels.percent(share)} of the samples")
+    within = _error(labels.most_within(bound), unit)
+    return Accuracy(name, most, rms, _error(bound.get("value"), unit), within, ", ".join(note))
+
+
+def _error(value: Any, unit: str) -> str:
+    return f"{float(value):.3e}{unit}" if isinstance(value, (int, float)) else DASH
+
+
+def formats(plan: Plan) -> list[WordFormat]:
+    """Return the formats that the plan states: inputs and results, then outputs."""
+    outputs = {f"output {name}": spec for name, spec in plan.formats.outputs.items()}
+    return [_word_format(name, spec) for name, spec in (plan.formats.values | outputs).items()]
+
+
+def _word_format(name: str, spec: Mapping[str, int]) -> WordFormat:
+    ulp = Fraction(2) ** -spec["fraction"]
+    largest = ((1 << (spec["width"] - 1)) - 1) * ulp
+    return WordFormat(name, spec["width"], spec["fraction"], f"{float(largest):.6g}", f"{float(ulp):.3g}")
+
+
+def target_facts(plan: Plan) -> list[tuple[str, str]]:
+    """Return what the target says besides its units, as pairs of a name and a text."""
+    data = plan.target
+    clock = labels.clock_hz(plan)
+    rows = [("Target", str(data.get("name", DASH)))]
+    if data.get("description"):
+        rows.append(("Description", " ".join(str(data["description"]).split())))
+    if clock:
+        rows.append(("Clock", f"{clock / 1e6:g} MHz, a cycle of {labels.seconds(1, clock)}"))
+    if data.get("angle_unit"):
+        rows.append(("Angles inside", {"rad": "radians", "turn": "turns"}.get(data["angle_unit"], "?")))
+    arithmetic = data.get("arithmetic") or {}
+    if arithmetic.get("format"):
+        rows.append(("Number format", _spec(arithmetic["format"])))
+    inside: Mapping[str, Any] = arithmetic.get("units") or {}
+    for kind in sorted(inside, key=labels.kind_rank):
+        article = "an" if kind == "implicit" else "a"
+        rows.append((f"Inside {article} {labels.plain_kind(kind)}", _spec(inside[kind])))
+    return rows
+
+
+def _spec(spec: Mapping[str, Any]) -> str:
+    """Write a format or the inside of a unit: `kind: ieee-single, ...`."""
+    parts = [
+        str(value) if name in ("kind", "rule") else f"{value} {str(name).replace('_', ' ')}"
+        for name, value in sorted(spec.items(), key=lambda item: item[0] not in ("kind", "rule"))
+    ]
+    return ", ".join(parts)
+
+
+def target_units(plan: Plan) -> list[TargetUnit]:
+    """Return the target's kinds of unit, those of the plan first."""
+    used = Counter(unit.kind for unit in plan.units)
+    known: Mapping[str, Any] = plan.target.get("units") or {}
+    order = sorted(known, key=lambda kind: (not used[kind], labels.kind_rank(kind)))
+    return [_target_unit(kind, used[kind], known[kind]) for kind in order]
+
+
+def _target_unit(kind: str, used: int, data: Mapping[str, Any]) -> TargetUnit:
+    stages: Mapping[str, Any] = data.get("stages") or {}
+    return TargetUnit(
+        labels.plain_kind(kind),
+        used,
+        _text(data.get("latency")),
+        _text(data.get("initiation_interval", 1)),
+        ", ".join(f"{cycles} {stage.replace('_', ' ')}" for stage, cycles in stages.items()),
+        _text(data.get("adders")),
+        _text(data.get("area")),
+    )
+
+
+def _text(value: Any) -> str:
+    return DASH if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def chosen(plan: Plan) -> str:
+    """Say how the operations were chosen."""
+    if not plan.selection.searched:
+        return "as the rules give them, without a search for others"
+    if plan.selection.proven:
+        return "proven the cheapest of the alternatives found"
+    return "the cheapest of the alternatives found, without a proof"
+
+
+def assumptions(plan: Plan) -> Sequence[tuple[str, bool]]:
+    """Return what the problem assumes, and whether the plan rests on it."""
+    stated = [str(text) for text in plan.problem.get("assumptions", [])]
+    used = set(plan.selection.facts)
+    return [(text, text in used) for text in dict.fromkeys([*stated, *plan.selection.facts])]

@@ -1,0 +1,1 @@
+"""Plans in words and formulas: summary, explanation, differences, what was recognised."""

@@ -1,0 +1,126 @@
+"""Running a finished plan: the errors that are seen, and whether samples are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
+from cordicc.emulate import accuracy
+from cordicc.emulate import functional as functional_run
+from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
+from cordicc.emulate.lost import first_invalid
+from cordicc.ir import sampling
+from cordicc.ir.effort import effort
+from cordicc.ir.graph import Graph
+from cordicc.ir.text import parse_graph
+from cordicc.plan.model import Plan
+
+DEFAULT_SAMPLES = 10_000
+DEFAULT_SEED = 0
+
+REFERENCE_EFFORT = 3_000_000
+"""Products that the comparison of a plan with its equations may take as long as: large problems are
+compared in high precision on fewer samples."""
+
+_LEAST_REFERENCE = 32
+
+
+def machine_of(plan: Plan) -> Arithmetic:
+    """Return the arithmetic that a plan was made for."""
+    return Arithmetic.from_spec(plan.target["arithmetic"])
+
+
+def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
+    """Run a plan on the default samples and record the errors that were seen.
+
+    Raises:
+        Unattainable: no sample that the equations can do survives in the target's number format.
+    """
+    inputs = sampling.draw(plan.problem, DEFAULT_SAMPLES, DEFAULT_SEED)
+    outputs = functional_run.run(plan, machine_of(plan), inputs)
+    warnings: list[Diagnostic] = []
+    graph = parse_graph(plan.problem["program"], "plan.json")
+    reference = reference_samples(graph)
+    if reference < DEFAULT_SAMPLES:
+        angles = angles_of(plan.problem)
+        report = run_parts(graph, angles, [inputs], lambda _: outputs, _ignored, _ignored, reference)
+        comparison = report.comparison
+        warnings.append(_few(reference, len(graph.nodes)))
+    else:
+        comparison = compare(plan, inputs, outputs)
+    figures = {
+        name: {
+            "bound": None,
+            "observed": {
+                "max": seen.max,
+                "rms": seen.rms,
+                "histogram": [[least, count] for least, count in seen.histogram],
+            },
+        }
+        for name, seen in comparison.observed.items()
+    }
+    if comparison.lost_at is not None:
+        lost = _lost(plan, inputs, comparison)
+        if not comparison.valid:
+            raise Unattainable([lost])
+        warnings.append(lost)
+    return with_warnings(replace(plan, accuracy=figures), warnings), warnings
+
+
+def with_warnings(plan: Plan, warnings: Iterable[Diagnostic]) -> Plan:
+    """Return a plan that records more warnings."""
+    known = [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)]
+    return replace(plan, problem={**plan.problem, "warnings": known})
+
+
+def reference_samples(graph: Graph) -> int:
+    """Return how many samples are compared with a graph of equations in high precision by default."""
+    return min(REFERENCE_SAMPLES, max(_LEAST_REFERENCE, REFERENCE_EFFORT // max(1, effort(graph))))
+
+
+def _ignored(_: object) -> None:
+    pass
+
+
+def _few(samples: int, operations: int) -> Diagnostic:
+    """Return the finding that a problem is too large for a comparison of all samples in high precision."""
+    message = (
+        f"the errors of {samples} samples alone are against high precision, the others against double "
+        f"precision: the problem has {operations} operations"
+    )
+    hint = f"compare more with 'cordicc simulate PLAN --reference {DEFAULT_SAMPLES}'"
+    return Diagnostic("W414", message, None, hint, Severity.WARNING)
+
+
+def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> accuracy.Comparison:
+    """Compare simulated outputs with the equations as written."""
+    return accuracy.compare(exact(plan.problem, inputs), angles_of(plan.problem), outputs)
+
+
+def exact(problem: Mapping[str, Any], inputs: Mapping[str, Any]) -> accuracy.Exact:
+    """Return what the equations as written say of samples."""
+    return accuracy.exact(parse_graph(problem["program"], "plan.json"), inputs)
+
+
+def angles_of(problem: Mapping[str, Any]) -> dict[str, bool]:
+    """Return, by output, whether it is an angle."""
+    return {output["name"]: output["angle"] for output in problem["outputs"]}
+
+
+def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison) -> Diagnostic:
+    """Return the finding that samples leave the number format, with the first one and where it does."""
+    assert comparison.lost_at is not None
+    sample = {name: float(column[comparison.lost_at]) for name, column in inputs.items()}
+    operation = first_invalid(plan, machine_of(plan), sample)
+    where = "" if operation is None else f": {operation.mode} in the equation of '{operation.equation}'"
+    message = (
+        f"{comparison.lost} of {comparison.samples} samples that the equations can do "
+        f"leave the number format or the domain of a unit{where}"
+    )
+    example = "for example " + ", ".join(f"{name} = {number:.6g}" for name, number in sample.items())
+    if comparison.valid:
+        return Diagnostic("W410", message, None, f"they are marked invalid; {example}", Severity.WARNING)
+    return Diagnostic("E410", message, None, f"narrow the input ranges, or use other units; {example}")

@@ -1,0 +1,91 @@
+"""What both emulators share: the way samples go in and out, constants, the order of operations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cordicc.arith.numbers.formats import FloatArray, NumberFormat, Signal
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.plan.model import Operand, Operation, Plan
+
+Outputs = dict[str, NDArray[Any]]
+
+
+def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
+    """Return the samples to encode and which of them are in range.
+
+    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`.
+    Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
+    the arithmetic never sees what it need not hold.
+    """
+    ranges: dict[str, Mapping[str, float]] = {item["name"]: item for item in plan.problem["inputs"]}
+    missing = [name for name in ranges if name not in inputs]
+    if missing:
+        raise ValueError(f"missing inputs: {', '.join(missing)}")
+    arrays = {name: np.asarray(inputs[name], dtype=np.float64) for name in ranges}
+    shapes = {array.shape for array in arrays.values()} or {(1,)}
+    shape = shapes.pop()
+    if shapes or len(shape) != 1:
+        raise ValueError("inputs must be one-dimensional arrays of equal length")
+    in_range = np.ones(shape, dtype=np.bool_)
+    samples: dict[str, FloatArray] = {}
+    for name, array in arrays.items():
+        lo, hi = (ranges[name][end] for end in ("lo", "hi"))
+        inside = (lo <= array) & (array <= hi)
+        samples[name] = np.where(inside, array, lo)
+        in_range &= inside
+    return samples, in_range
+
+
+def deliver(outputs: Mapping[str, FloatArray], in_range: NDArray[np.bool_]) -> Outputs:
+    """Return the outputs, nan where the sample is invalid, and `valid`."""
+    valid = in_range.copy()
+    for array in outputs.values():
+        valid &= ~np.isnan(array)
+    return {**{name: np.where(valid, array, np.nan) for name, array in outputs.items()}, "valid": valid}
+
+
+def constant_signal(arithmetic: Arithmetic, operand: Operand, length: int) -> Signal:
+    """Return a constant operand, once for each of `length` samples."""
+    assert operand.constant is not None
+    word, format_ = arithmetic.system.constant(operand.constant)
+    return Signal(np.full(length, word, dtype=word.dtype), format_)
+
+
+@dataclass(frozen=True, slots=True)
+class Formats:
+    """The number formats of a plan: of inputs and results by name, and of the outputs."""
+
+    values: Mapping[str, NumberFormat]
+    outputs: Mapping[str, NumberFormat]
+
+    @classmethod
+    def of(cls, plan: Plan, arithmetic: Arithmetic) -> Formats:
+        """Return the formats that a plan states or its target implies.  Raises ValueError."""
+        inputs = [item["name"] for item in plan.problem["inputs"]]
+        results = [name for operation in plan.operations for name in operation.results if name is not None]
+        find = arithmetic.system.format
+        return cls(
+            {name: find(plan.formats.values.get(name)) for name in (*inputs, *results)},
+            {name: find(plan.formats.outputs.get(name)) for name in plan.outputs},
+        )
+
+    def of_results(self, operation: Operation) -> list[NumberFormat | None]:
+        """Return the format of each result of an operation, None where nobody takes it."""
+        return [None if name is None else self.values[name] for name in operation.results]
+
+    def encode(self, samples: Mapping[str, FloatArray]) -> dict[str, Signal]:
+        """Return the words of input samples."""
+        return {name: Signal(self.values[name].encode(v), self.values[name]) for name, v in samples.items()}
+
+    def leaving(self, output: str, signal: Signal) -> FloatArray:
+        """Return the numbers of an output: its words rounded to the output's format, if that is another."""
+        format_ = self.outputs[output]
+        if format_ == signal.format:
+            return signal.values
+        return format_.decode(format_.encode(signal.values))

@@ -1,0 +1,168 @@
+"""What is checked by evaluating: the domain of a problem, and that rewriting kept its meaning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
+from cordicc.frontend.poles import example_of, find_poles, place
+from cordicc.ir import sampling
+from cordicc.ir.graph import Graph, Node, Value
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.problem import OutputSpec, Problem
+from cordicc.ir.ranges.forward import value_ranges
+from cordicc.plan.problem_record import problem_data
+
+_DOMAIN_SAMPLES = 1_000
+"""Samples on which inputs outside the domain are looked for."""
+
+_CORNERS = 256
+"""Corners of the ranges that are looked at besides."""
+
+_PROBES = 24
+"""Samples on which every rewriting is compared with the equations, besides its proofs."""
+
+_SHAKES = 16
+"""Disturbed evaluations that show whether a sample hangs on rounding."""
+
+_WORK = 400_000
+"""Operations that a check evaluates at the most; large problems are looked at in fewer samples."""
+
+
+def _within(work: int, graph: Graph, samples: int) -> int:
+    """Return the number of samples that keeps a check within its work, 2 * `_SHAKES` at the least."""
+    return max(2 * _SHAKES, min(samples, work // max(1, len(graph.nodes))))
+
+
+def input_intervals(problem: Problem) -> dict[str, Interval]:
+    """Return an enclosure of each input's range."""
+    return {
+        spec.name: Interval(
+            math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf)
+        )
+        for spec in problem.inputs
+    }
+
+
+def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
+    """Return random inputs and corners of the ranges besides, or rows of the problem's own samples."""
+    samples = sampling.draw(problem_data(problem, []), count, 0)
+    if problem.samples is not None:
+        return samples
+    corners = _corners(problem)
+    return {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
+
+
+def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
+    """Look for inputs outside the domain of the equations, at random and at the corners of the ranges.
+
+    Raises:
+        InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
+    """
+    samples = input_samples(problem, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
+    _check_hyperbolic_case(problem, source, samples)
+    ranges = value_ranges(problem.graph, input_intervals(problem))
+    nowhere = [
+        n for n, results in zip(problem.graph.nodes, ranges, strict=True) if all(r is None for r in results)
+    ]
+    if nowhere:
+        op = nowhere[0].op
+        message = "no input meets the condition" if op == "guard" else f"'{op}' has no value for any input"
+        raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
+    _, valid = evaluate(problem.graph, samples)
+    if bool(valid.all()):
+        return [] if problem.samples is not None else find_poles(problem, source, samples)
+    outside = int(np.argmin(valid))
+    example = f"for example {example_of(samples, outside)}"
+    if not valid.any() and problem.samples is not None:
+        message = "every row of the samples is outside the domain of the equations"
+        raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
+    share = int((~valid).sum()) / len(valid)
+    culprit = _culprit(problem, {name: column[outside : outside + 1] for name, column in samples.items()})
+    first = "a condition" if culprit.op == "guard" else f"'{culprit.op}'"
+    message = f"about {share:.1%} of the inputs are outside the domain of the equations, first at {first}"
+    return [place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
+
+
+def _corners(problem: Problem) -> dict[str, np.ndarray]:
+    """Return corners of the box of the ranges: all of up to `_CORNERS`, else as many random ones."""
+    names = [spec.name for spec in problem.inputs]
+    if 2 ** len(names) <= _CORNERS:
+        bits = (np.arange(2 ** len(names))[:, None] >> np.arange(len(names))) & 1
+    else:
+        bits = np.random.Generator(np.random.PCG64(0)).integers(0, 2, (_CORNERS, len(names)))
+    ends = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
+    return {name: np.where(bits[:, i] == 1, ends[name][1], ends[name][0]) for i, name in enumerate(names)}
+
+
+def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
+    """Return the first operation that a sample outside the domain leaves without a value.
+
+    Operations that have a value everywhere come last: they can only fail by the size of the number.
+    """
+    nodes = problem.graph.nodes
+    values, _ = evaluate(Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample)
+    for index in sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial):
+        if np.isnan(values[str(index)]).any():
+            return nodes[index]
+    raise AssertionError("no operation is undefined")
+
+
+def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[str, np.ndarray]) -> None:
+    """Refuse a hyperbolic `solve` without a branch where a sample has two solutions, |B| > |A|."""
+    for node in problem.graph.nodes:
+        if node.op != "solve" or node.params != (-1, "none"):
+            continue
+        parts = Graph(problem.graph.nodes, {"A": node.operands[0], "B": node.operands[1]})
+        coefficients, _ = evaluate(parts, samples)
+        two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
+        if two.any():
+            message = "the equation has two solutions for some inputs and needs a branch"
+            hint = f'for example {example_of(samples, int(np.argmax(two)))}; add branch: "+" or branch: "-"'
+            raise InvalidInput([place(problem, source, node.origin, "E322", message, hint)])
+
+
+def check_meaning(problem: Problem, graph: Graph) -> None:
+    """Assert that the rewritten graph computes what the equations say, on a few samples.
+
+    A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
+    rounding proves nothing and is passed over: one whose results change when its inputs are moved by
+    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
+    """
+    probes = _within(_WORK // 8, problem.graph, _PROBES * _SHAKES) // _SHAKES
+    samples = sampling.draw(problem_data(problem, []), probes, 1)
+    exact, defined = evaluate(problem.graph, samples)
+    moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
+    tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
+    values, valid = evaluate(problem.graph, tiled, jitter=True)
+    shaken = [
+        ({n: v.reshape(_SHAKES, -1)[i] for n, v in values.items()}, valid.reshape(_SHAKES, -1)[i])
+        for i in range(_SHAKES)
+    ]
+    rewritten, kept = evaluate(graph, samples)
+    steady = np.ones(probes, dtype=bool)
+    for value, still_defined in (moved, *shaken):
+        steady &= defined == still_defined
+        for output in problem.outputs:
+            steady &= ~defined | _near(output, exact, value, 1e-6)
+    assert np.array_equal(defined[steady], kept[steady]), "rewriting changed which samples are valid"
+    for output in problem.outputs:
+        agree = _near(output, exact, rewritten, 1e-9)
+        assert np.all(agree[steady & defined]), f"rewriting changed output {output.name}"
+
+
+def _near(
+    output: OutputSpec, exact: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], tolerance: float
+) -> np.ndarray:
+    """Tell where two values of an output agree relative to 1 + |value|; an angle modulo 2 pi."""
+    value = exact[output.name]
+    with np.errstate(invalid="ignore", over="ignore"):
+        difference = np.abs(value - other[output.name])
+        if output.is_angle:
+            difference = np.minimum(difference, np.abs(difference - math.tau))
+        near: np.ndarray = (difference <= tolerance * (1 + np.abs(value))) | (value == other[output.name])
+    return near

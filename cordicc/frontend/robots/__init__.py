@@ -1,0 +1,1 @@
+"""Robots as input: Denavit-Hartenberg tables."""

@@ -1,0 +1,1 @@
+"""Equations solved for an unknown, by sines and cosines or polynomials; loops; branches; zero tests."""

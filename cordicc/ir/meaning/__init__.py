@@ -1,0 +1,1 @@
+"""What every operation means, one arithmetic a file: exact, doubles, balls, intervals, roundings."""

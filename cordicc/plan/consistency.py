@@ -1,0 +1,123 @@
+"""Check a plan read back: operations that exist, sizes that can be run, a sound problem part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cordicc.arith.numbers.formats import NumberSystem
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
+from cordicc.plan.model import Operation, Plan
+
+MAX_INTERVAL = 1_000_000
+MAX_UNIT_LATENCY = 100_000
+MAX_LATENCY = 1_000_000
+MAX_DEPTH = 1_000_000
+MAX_FIFO_WORDS = 50_000_000
+"""Cycles and words; beyond, running a plan clock by clock would exhaust time or memory."""
+
+_LARGEST_SHIFT = 4096
+
+_ALLOWED = {
+    "m": lambda p: type(p) is int and p in (1, 0, -1),
+    "sign": lambda p: type(p) is int and p in (1, -1),
+    "branch": lambda p: p in BRANCHES,
+    "condition": lambda p: p in GUARD_CONDITIONS,
+    "exponent": lambda p: type(p) is int and abs(p) <= _LARGEST_SHIFT,
+    "factor": lambda p: isinstance(p, str),
+}
+
+
+def check_operations(plan: Plan) -> None:
+    """Raise ValueError if an operation is unknown or is not of the form its definition asks for."""
+    kinds: Mapping[str, Any] = plan.target["units"]
+    for operation in plan.operations:
+        _check(operation)
+        if operation.kind not in kinds:
+            raise ValueError(f"{operation.id}: the target has no unit of kind '{operation.kind}'")
+
+
+def _check(operation: Operation) -> None:
+    definition = OPS.get(operation.op)
+    if definition is None or definition.level not in (Level.ARITHMETIC, Level.UNIT):
+        raise ValueError(f"{operation.id}: no unit does '{operation.op}'")
+    if operation.ports != definition.ports or len(operation.operands) != definition.arity:
+        raise ValueError(f"{operation.id}: '{operation.op}' has the ports {', '.join(definition.ports)}")
+    if len(operation.results) != len(definition.results):
+        raise ValueError(f"{operation.id}: '{operation.op}' has {len(definition.results)} results")
+    if set(operation.params) != set(definition.params):
+        raise ValueError(f"{operation.id}: '{operation.op}' has other parameters")
+    for name, param in operation.params.items():
+        if not _ALLOWED[name](param):
+            raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+
+
+def check_formats(plan: Plan, arithmetic: Arithmetic) -> None:
+    """Raise ValueError if formats are not those of the number system, or a FIFO has another width."""
+    system = arithmetic.system
+    inputs = {item["name"] for item in plan.problem["inputs"]}
+    for name, spec in plan.formats.outputs.items():
+        _require_outside(system, f"output '{name}'", spec)
+    for name, spec in plan.formats.values.items():
+        if name in inputs:
+            _require_outside(system, f"input '{name}'", spec)
+    for fifo in plan.fifos:
+        width = system.format(plan.formats.values.get(fifo.value)).width_bits
+        if fifo.width != width:
+            raise ValueError(f"{fifo.id} is {fifo.width} bits wide, its words are {width}")
+
+
+def _require_outside(system: NumberSystem, what: str, spec: Mapping[str, int]) -> None:
+    width = system.spec().get("width")
+    if width is not None and spec["width"] != width:
+        raise ValueError(f"the words of {what} have {spec['width']} bits, outside there are {width}")
+
+
+def check_sizes(plan: Plan) -> None:
+    """Raise ValueError if running the plan clock by clock would exhaust time or memory."""
+    figures = [
+        ("the initiation interval", plan.initiation_interval, MAX_INTERVAL),
+        ("the latency", plan.latency_cycles, MAX_LATENCY),
+        *((f"the latency of {unit.id}", unit.latency, MAX_UNIT_LATENCY) for unit in plan.units),
+        *((f"the depth of {fifo.id}", fifo.depth, MAX_DEPTH) for fifo in plan.fifos),
+        ("the sum of FIFO words", plan.fifo_words, MAX_FIFO_WORDS),
+    ]
+    for name, figure, limit in figures:
+        if figure > limit:
+            raise ValueError(f"{name} is {figure}, more than {limit}")
+
+
+def check_problem(plan: Plan) -> None:
+    """Raise ValueError if the inputs, samples, outputs or accuracy figures do not fit together."""
+    problem = plan.problem
+    inputs = [item["name"] for item in problem["inputs"]]
+    _require_unique("input", inputs)
+    for item in problem["inputs"]:
+        if not float(item["lo"]) <= float(item["hi"]):
+            raise ValueError(f"the range of input '{item['name']}' is empty")
+    outputs = [item["name"] for item in problem["outputs"]]
+    _require_unique("output", outputs)
+    if set(outputs) != set(plan.outputs):
+        raise ValueError("the outputs of the problem differ")
+    if not set(plan.accuracy) <= set(outputs):
+        raise ValueError("the accuracy is of another output")
+    for name, figures in plan.accuracy.items():
+        seen = figures["observed"]
+        if seen["histogram"] and None in (seen["max"], seen["rms"]):
+            raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
+    samples = problem["samples"]
+    if samples is not None:
+        columns: Mapping[str, list[float]] = samples["columns"]
+        if set(columns) != set(inputs):
+            raise ValueError("the columns of the samples are not the inputs")
+        if len({len(column) for column in columns.values()}) != 1:
+            raise ValueError("the columns of the samples are of unequal lengths")
+
+
+def _require_unique(what: str, names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise ValueError(f"{what} '{name}' occurs twice")
+        seen.add(name)

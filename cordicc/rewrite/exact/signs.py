@@ -1,0 +1,62 @@
+"""Signs of polynomials: of those that are known, of products of them, and of square roots."""
+
+from __future__ import annotations
+
+from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, monic
+from cordicc.rewrite.exact.keys import Key
+
+
+class Signs:
+    """Known signs of monic polynomials: 1 for never negative, -1 for never positive."""
+
+    def __init__(self, field: Field) -> None:
+        self._field = field
+        self._known: dict[Key, int] = {}
+        self._facts: dict[Key, str] = {}
+        self._products: dict[Key, tuple[int, int]] = {}
+
+    def know(self, element: Element, sign: int) -> None:
+        """Note the sign of the numerator of an element that has one, if its denominator has one."""
+        factor, base = monic(element.num)
+        sign *= self.of(element.den) if sign else 0
+        if sign and factor:
+            self._known.setdefault(Key(base), sign if factor > 0 else -sign)
+
+    def assume(self, element: Element, sign: int, fact: str) -> None:
+        """Note a sign that rests on a fact."""
+        factor, base = monic(element.num)
+        if factor:
+            self._facts[Key(base)] = fact
+            self._known[Key(base)] = sign * self.of(element.den) * (1 if factor > 0 else -1)
+
+    def of(self, poly: Poly) -> int:
+        """Return the sign of a polynomial, 0 if none is proven; facts that it rests on are touched."""
+        if len(poly) > LOOKUP_TERMS:
+            return 0
+        factor, base = monic(poly)
+        sign = 1 if factor >= 0 else -1
+        if base.is_constant():
+            return sign
+        return sign * (self._base(base) or self._product(base))
+
+    def _product(self, base: Poly) -> int:
+        """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
+        key, known = Key(base), len(self._known)
+        cached = self._products.get(key)
+        if cached is None or cached[0] != known or self._facts:
+            sign = 1
+            for part, exponent in self._field.factors(base)[1]:
+                if exponent % 2:
+                    scale, normal = monic(part)
+                    sign *= self._base(normal) * (1 if scale > 0 else -1)
+            cached = self._products[key] = known, sign
+        return cached[1]
+
+    def _base(self, base: Poly) -> int:
+        single = len(base) == 1 and base.total_degree() == 1
+        if single and next(self._field.generators(base)) in self._field.radicands:
+            return 1
+        key = Key(base)
+        if key in self._facts:
+            self._field.touched.add(self._facts[key])
+        return self._field.definite.get(key, 0) or self._known.get(key, 0)

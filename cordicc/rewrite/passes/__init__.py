@@ -1,0 +1,1 @@
+"""Certain rewriting, one pass a file, in the order of `order`."""

@@ -1,0 +1,64 @@
+"""Drop selections whose condition has one sign over all inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cordicc.ir.graph import Graph, Node, Value
+from cordicc.ir.meaning.enclose import Interval
+from cordicc.rewrite.exact.radicands import is_square_sum
+from cordicc.rewrite.passes.base import Context, Ranges, Site, transform
+
+_DEPTH = 8
+
+
+@dataclass(frozen=True, slots=True)
+class _Enclosed:
+    """The nodes of a graph and their ranges."""
+
+    graph: Graph
+    ranges: Ranges
+
+    def node(self, value: Value) -> Node:
+        """Return the node that makes a value."""
+        return self.graph.node(value)
+
+    def range(self, value: Value) -> Interval | None:
+        """Return the enclosure of a value."""
+        return self.ranges[value.node][value.result]
+
+
+@dataclass(frozen=True, slots=True)
+class Selections:
+    """select(s, a, b) is a where s >= 0 by its range or as a sum of squares, b where s < 0."""
+
+    name: str = "selections"
+
+    def apply(self, graph: Graph, context: Context) -> Graph:
+        """Return the graph without selections that are decided."""
+        known = _Enclosed(graph, context.ranges(graph))
+
+        def rule(site: Site) -> tuple[Value, ...] | None:
+            if site.node.op != "select":
+                return None
+            condition, first, second = site.node.operands
+            interval = known.range(condition)
+            if is_square_sum(known, condition, _DEPTH):
+                kept, dropped = 1, 2
+            elif interval is not None and interval.hi < 0:
+                kept, dropped = 2, 1
+            else:
+                return None
+            # What is dropped may still decide who has a value.
+            value = site.builder.guard(site.operands[kept], site.operands[0], "any")
+            if not _same_domain(graph.node(first), graph.node(second)):
+                value = site.builder.guard(value, site.operands[dropped], "any")
+            return (value,)
+
+        return transform(graph, rule)
+
+
+def _same_domain(a: Node, b: Node) -> bool:
+    """Tell whether two nodes are the two solutions of one equation, which exist together."""
+    solutions = a.op == b.op == "solve" and {a.params[1], b.params[1]} <= {"+", "-"}
+    return solutions and a.params[0] == b.params[0] and a.operands == b.operands

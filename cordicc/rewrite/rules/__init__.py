@@ -1,0 +1,1 @@
+"""Alternatives of the search, one rule or family of rules a file."""

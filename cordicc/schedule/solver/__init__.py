@@ -1,0 +1,1 @@
+"""The scheduling problem as data, and the algorithms that solve it."""

@@ -1,0 +1,99 @@
+"""The iterations of `cordicc.studies.iterations` in fixed point, row by row, by the kernels of the units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cordicc.arith.kernels import micro_rotations
+from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, fixed, step_table
+from cordicc.studies import scaled_kernels
+from cordicc.studies.iterations import Run, State, counted_angle
+
+Kernel = Callable[..., tuple[Any, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """x, y, z and the target as integers in units of 2^-fraction_bits; the target None if there is none."""
+
+    x: int
+    y: int
+    z: int
+    target: int | None = None
+
+
+def fixed_rows(
+    mode: str, sequence: Sequence, run: Run, fraction_bits: int
+) -> tuple[Words, tuple[Words, ...]]:
+    """Repeat a run on the start rounded to so many fraction bits, angles likewise.
+
+    Args:
+        mode: rotation, vectoring or implicit.
+        sequence: that of the run, with at least one iteration.
+        run: of `study.rotate`, `vector`, `implicit_by_eq9` or `implicit`, which says where to begin.
+        fraction_bits: at most 40.
+
+    Returns:
+        The start, and the words after every iteration.
+    """
+    start = rounded(run.start, fraction_bits)
+    table = step_table(sequence, fraction_bits)
+    angles = tuple(fixed(counted_angle(sequence, s), fraction_bits) for s in sequence.shifts)
+    table = replace(table, angles=angles, eta=sequence.eta or (0,) * len(angles))
+    kernel = _kernel(mode, sequence)
+    # The standard vectoring kernel starts with x >= 0; the mirror image takes the same decisions.
+    turn_over = _mirror if run.mirrored or (kernel is micro_rotations.vector and start.x < 0) else _same
+    words, rows = turn_over(start), []
+    for i in range(len(angles)):
+        words = _step(kernel, words, _part(table, i), with_target=mode == "implicit")
+        rows.append(turn_over(words))
+    return start, tuple(rows)
+
+
+def rounded(state: State, fraction_bits: int) -> Words:
+    """Return the state in units of 2^-fraction_bits, rounded to nearest."""
+    x, y, z = (fixed(v, fraction_bits) for v in (state.x, state.y, state.z))
+    return Words(x, y, z, None if state.target is None else fixed(state.target, fraction_bits))
+
+
+def _kernel(mode: str, sequence: Sequence) -> Kernel:
+    if mode == "implicit":
+        if sequence.eta:
+            return scaled_kernels.implicit_scaled
+        return micro_rotations.implicit_root_free if sequence.root_free else micro_rotations.implicit
+    if mode == "rotation":
+        return scaled_kernels.rotate_scaled if sequence.root_free else micro_rotations.rotate
+    return scaled_kernels.vector_scaled if sequence.root_free else micro_rotations.vector
+
+
+def _part(table: StepTable, i: int) -> StepTable:
+    """Return the table of one iteration."""
+    one = slice(i, i + 1)
+    return replace(
+        table,
+        shifts=table.shifts[one],
+        angles=table.angles[one],
+        target_factors=table.target_factors[one],
+        eta=table.eta[one],
+    )
+
+
+def _step(kernel: Kernel, words: Words, table: StepTable, with_target: bool) -> Words:
+    operands = [words.x, words.y, words.target, words.z] if with_target else [words.x, words.y, words.z]
+    ends = kernel(*(np.array([v], dtype=object) for v in operands), table)
+    numbers = [int(v[0]) for v in ends]
+    if with_target and kernel is not scaled_kernels.implicit_scaled:
+        return Words(numbers[0], numbers[1], numbers[3], numbers[2])
+    return Words(numbers[0], numbers[1], numbers[2], words.target)
+
+
+def _same(words: Words) -> Words:
+    return words
+
+
+def _mirror(words: Words) -> Words:
+    return replace(words, x=-words.x, z=-words.z)
