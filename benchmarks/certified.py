@@ -47,7 +47,7 @@ from cordicc.plan.model import Plan
 from cordicc.plan.problem_record import UNIT_PROGRAM
 from cordicc.targets.target import CAU_KINDS
 
-CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
+CORPUS = Path(__file__).resolve().parents[1] / "tests" / "whole" / "corpus"
 LEAST_SHARE = 0.99
 MOST_RATIO = 10.0
 BLOCK = 8192

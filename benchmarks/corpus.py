@@ -17,7 +17,7 @@ import numpy as np
 
 import cordicc
 
-CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
+CORPUS = Path(__file__).resolve().parents[1] / "tests" / "whole" / "corpus"
 
 
 def table(path: Path) -> dict[str, np.ndarray]:

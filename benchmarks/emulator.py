@@ -39,7 +39,7 @@ from cordicc.ir.sampling import draw
 from cordicc.plan.model import Operand, dependence_order
 from cordicc.targets.target import CAU_KINDS
 
-CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
+CORPUS = Path(__file__).resolve().parents[1] / "tests" / "whole" / "corpus"
 HAND_WRITTEN = Path(__file__).with_name("hand_written.c")
 BLOCK = 256
 STAGES = 24

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from tests.fuzzing import TARGETS, Target
+from tests.support.fuzzing import TARGETS, Target
 
 ROUND = 50
 """Cases between two looks at the clock."""

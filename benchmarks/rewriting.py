@@ -7,7 +7,7 @@ plan by hand; CAUs with shared subexpressions only and standard CAUs, and with i
 merged vectorings (both counted by hand); whether the choice is proven the cheapest of the alternatives
 found; seconds for rewriting alone.  Rows that need more than the plan by hand are marked with what
 they need more of.  Problems whose plan by hand rests on facts about the inputs are taken from
-`tests/facts`, where `assume` states those facts.
+`tests/whole/facts`, where `assume` states those facts.
 """
 
 import argparse
@@ -73,7 +73,7 @@ def figures(graph: Graph) -> tuple[int, int, int]:
 
 
 def rewritten(name: str, target: str, goal: str) -> tuple[Choice, float]:
-    places = [ROOT / "tests" / "facts", ROOT / "tests" / "corpus", ROOT / "examples"]
+    places = [ROOT / "tests" / "whole" / "facts", ROOT / "tests" / "whole" / "corpus", ROOT / "examples"]
     path = next(p / f"{name}.yaml" for p in places if (p / f"{name}.yaml").exists())
     problem = load_problem(path).problem
     loaded = load_target(target)

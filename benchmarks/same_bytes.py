@@ -35,7 +35,10 @@ def main() -> None:
 @click.option("--jobs", default=1, show_default=True, help="Compilers at a time.")
 def write(folder: Path, problems: tuple[Path, ...], effort: str, jobs: int) -> None:
     """Compile PROBLEMS (default: corpus and examples) into FOLDER."""
-    chosen = problems or (*sorted(ROOT.glob("tests/corpus/*.yaml")), *sorted(ROOT.glob("examples/*.yaml")))
+    chosen = problems or (
+        *sorted(ROOT.glob("tests/whole/corpus/*.yaml")),
+        *sorted(ROOT.glob("examples/*.yaml")),
+    )
     cases = list(product(chosen, TARGETS, INTERVALS))
     with ThreadPoolExecutor(jobs) as pool:
         failed = sum(pool.map(lambda case: _compiled(folder, *case, effort=effort), cases))

@@ -65,7 +65,7 @@ def generated(count: int, interval: int, seed: int = 0, window: int | None = Non
 
 def problems() -> list[Path]:
     """Return the problems of the corpus and the examples."""
-    found = [*(ROOT / "tests" / "corpus").glob("*.yaml"), *(ROOT / "examples").glob("*.yaml")]
+    found = [*(ROOT / "tests" / "whole" / "corpus").glob("*.yaml"), *(ROOT / "examples").glob("*.yaml")]
     return sorted(path for path in found if not path.stem.startswith("rej_"))
 
 

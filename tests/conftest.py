@@ -15,7 +15,7 @@ settings.load_profile("repeatable")
 TESTS = Path(__file__).resolve().parent
 
 Golden = Callable[[str, str], None]
-"""Compares a text with the golden file of that path below `tests/golden`."""
+"""Compares a text with the golden file of that path below `tests/whole/golden`."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -29,7 +29,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture(scope="session")
 def corpus_dir() -> Path:
     """The public corpus: problems, inputs and expected outputs."""
-    return TESTS / "corpus"
+    return TESTS / "whole" / "corpus"
 
 
 @pytest.fixture(scope="session")
@@ -44,7 +44,7 @@ def golden(request: pytest.FixtureRequest) -> Golden:
     update = request.config.getoption("--update-golden")
 
     def compare(path: str, text: str) -> None:
-        file = TESTS / "golden" / path
+        file = TESTS / "whole" / "golden" / path
         if update:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8", newline="")

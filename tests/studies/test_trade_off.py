@@ -1,0 +1,115 @@
+"""`cordicc draw` and the trade-off in the report: formats, rows, and what is said where something lacks."""
+
+from __future__ import annotations
+
+import builtins
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from cordicc.base.diagnostics import InvalidInput
+from cordicc.cli.explore import _report
+from cordicc.cli.main import main
+from cordicc.plan.file import parse
+from cordicc.studies import trade_off
+from tests.support.paths import EXAMPLES
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("leg")
+    assert run("compile", EXAMPLES / "quadruped_leg.yaml", "-o", made).exit_code == 0
+    return made
+
+
+def width_of(svg: str) -> float:
+    return float(re.search(r'<svg [^>]*width="([\d.]+)"', svg)[1])  # type: ignore[index]
+
+
+class TestDraw:
+    @pytest.mark.parametrize("view", ["datapath", "schedule", "graph"])
+    def test_png_and_pdf(self, folder: Path, tmp_path: Path, view: str) -> None:
+        try:
+            import cairosvg  # noqa: F401
+        except (ImportError, OSError) as error:
+            pytest.skip(f"CairoSVG cannot be used: {error}")
+        for suffix, start in ((".png", b"\x89PNG"), (".pdf", b"%PDF")):
+            files = [tmp_path / f"{name}{suffix}" for name in "ab"]
+            for file in files:
+                result = run("draw", folder / "plan.json", "--view", view, "-o", file)
+                assert (result.exit_code, result.stderr) == (0, "")
+            assert files[0].read_bytes().startswith(start)
+            assert files[0].read_bytes() == files[1].read_bytes()
+            assert b"CreationDate" not in files[0].read_bytes()
+
+    @pytest.mark.parametrize(
+        "error", [ImportError("no module"), OSError("no library called cairo\nwas found")]
+    )
+    def test_without_the_library(self, folder: Path, tmp_path: Path, monkeypatch, error) -> None:
+        real = builtins.__import__
+
+        def lacking(name, *arguments, **keywords):
+            if name == "cairocffi":
+                raise error
+            return real(name, *arguments, **keywords)
+
+        monkeypatch.setattr(builtins, "__import__", lacking)
+        result = run("draw", folder / "plan.json", "-o", tmp_path / "a.png")
+        assert result.exit_code == 2
+        assert "error[E650]: PNG pictures take CairoSVG, which cannot be used: no " in result.stderr
+        assert "pip install 'cordicc[pictures]'" in result.stderr
+        assert not list(tmp_path.iterdir())
+
+    def test_an_unknown_format(self, folder: Path, tmp_path: Path) -> None:
+        result = run("draw", folder / "plan.json", "-o", tmp_path / "a.gif")
+        assert result.exit_code == 2
+        assert "error[E651]: pictures are written as .svg, .png, .pdf, not '.gif'" in result.stderr
+
+    def test_rows(self, folder: Path) -> None:
+        narrow = run("draw", folder / "plan.json", "--width", 700).stdout
+        wide = run("draw", folder / "plan.json", "--width", 0).stdout
+        assert width_of(narrow) <= 760 < width_of(wide)
+        assert narrow.count("start cycle") > wide.count("start cycle") == 1
+
+
+class TestTradeOff:
+    @pytest.fixture
+    def front(self, folder: Path) -> trade_off.Front:
+        plan = parse((folder / "plan.json").read_text(encoding="utf-8"), "plan.json")
+        counts = {"implicit": 3}
+        points = (
+            trade_off.Point("auto", 1, 3, 3, 107, 40, counts, dict(plan.bounds), dict(plan.optimal)),
+            trade_off.Point("auto", 8, 1, 1, 120, 12, {"implicit": 1}, dict(plan.bounds), dict(plan.optimal)),
+        )
+        title = "Trade-off of quadruped-leg"
+        return trade_off.Front(plan.name, title, "kinematic", 1, points, 9, str(plan.problem["program"]))
+
+    def test_the_report_of_the_same_problem_gets_it(self, folder: Path, front) -> None:
+        text = _report(folder, front)["report.html"]
+        assert 'href="#trade-off"' in text
+        assert "Latency in cycles over CAUs" in text
+
+    def test_the_report_of_another_problem_stays(self, folder: Path, front, capsys) -> None:
+        assert _report(folder, replace(front, program="%0 = input[name=x]")) == {}
+        assert "warning[W722]" in capsys.readouterr().err
+
+    def test_no_plan_or_a_broken_one(self, tmp_path: Path, front, capsys) -> None:
+        assert _report(tmp_path, front) == {}
+        assert capsys.readouterr().err == ""
+        (tmp_path / "plan.json").write_text("{}")
+        assert _report(tmp_path, front) == {}
+        assert "was left as it is: not a plan" in capsys.readouterr().err
+
+
+def test_unknown_view(folder: Path) -> None:
+    from cordicc.api import load_plan
+
+    with pytest.raises(InvalidInput, match="E652"):
+        load_plan(folder / "plan.json").picture("front")

@@ -1,0 +1,38 @@
+"""Labels as the browser sets them: none meets another one, is cut, or leaves its box, in any picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cordicc import pipeline
+from tests.whole.browser.chromium import Page, script
+from tests.whole.browser.drawn_plans import PLANS, plan_of
+
+FONTS = ("", "'DejaVu Sans', sans-serif")
+"""As it is, and the widest of the common fonts."""
+
+FINDINGS = script("findings")
+
+
+@pytest.mark.parametrize("view", pipeline.VIEWS)
+@pytest.mark.parametrize("name", PLANS)
+def test_labels(page: Page, tmp_path: Path, name: str, view: str) -> None:
+    file = tmp_path / "picture.html"
+    # In a page: a picture of its own is given the size of the window.
+    file.write_text(f"<!DOCTYPE html><meta charset=utf-8>{pipeline.picture(plan_of(name), view)}", "utf-8")
+    page.open(file)
+    for font in FONTS:
+        assert page.ask(FINDINGS, font, view != "schedule") == []
+
+
+def test_a_finding_is_found(page: Page, tmp_path: Path) -> None:
+    file = tmp_path / "picture.html"
+    places = ((5, 20, "long label"), (30, 22, "another"), (190, 60, "cut"))
+    texts = "".join(f'<text x="{x}" y="{y}">{text}</text>' for x, y, text in places)
+    rect = '<rect x="20" y="80" width="20" height="12"/>'
+    box = f'<g data-id="a">{rect}<text x="18" y="90">wide</text></g>'
+    file.write_text(f'<!DOCTYPE html><svg width="200" height="100">{texts}{box}</svg>', "utf-8")
+    page.open(file)
+    assert page.ask(FINDINGS, "", True) == ["cut is cut", "long label meets another", "wide leaves its box"]
