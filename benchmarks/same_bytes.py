@@ -19,6 +19,7 @@ from subprocess import run
 import click
 
 ROOT = Path(__file__).resolve().parent.parent
+PROBLEMS = ("tests/whole/corpus/*.yaml", "examples/*.yaml")
 TARGETS = ("kinematic", "fixed24", "imscor24")
 INTERVALS = (1, 4)
 
@@ -35,11 +36,8 @@ def main() -> None:
 @click.option("--jobs", default=1, show_default=True, help="Compilers at a time.")
 def write(folder: Path, problems: tuple[Path, ...], effort: str, jobs: int) -> None:
     """Compile PROBLEMS (default: corpus and examples) into FOLDER."""
-    chosen = problems or (
-        *sorted(ROOT.glob("tests/whole/corpus/*.yaml")),
-        *sorted(ROOT.glob("examples/*.yaml")),
-    )
-    cases = list(product(chosen, TARGETS, INTERVALS))
+    every = [path for pattern in PROBLEMS for path in sorted(ROOT.glob(pattern))]
+    cases = list(product(problems or every, TARGETS, INTERVALS))
     with ThreadPoolExecutor(jobs) as pool:
         failed = sum(pool.map(lambda case: _compiled(folder, *case, effort=effort), cases))
     print(f"{len(cases)} compilations, {failed} of them refused")

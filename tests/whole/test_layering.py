@@ -3,9 +3,8 @@
 import ast
 from collections import Counter, defaultdict
 from graphlib import TopologicalSorter
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2] / "cordicc"
+from tests.support.paths import PACKAGE as ROOT
 
 FLOORS = (
     "cli | __main__",
@@ -75,10 +74,8 @@ def test_no_two_public_classes_of_one_name() -> None:
 
 
 def test_every_folder_says_what_belongs_in_it() -> None:
-    folders = {path.parent for path in TREES}
-    short = [
-        str(folder) for folder in folders if len(ast.get_docstring(TREES[folder / "__init__.py"]) or "") < 20
-    ]
+    texts = {path: ast.get_docstring(TREES[path.parent / "__init__.py"]) or "" for path in TREES}
+    short = {str(path.parent) for path, text in texts.items() if len(text) < 20}
     assert not short
 
 
