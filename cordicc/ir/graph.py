@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from cordicc.ir.ops import OPS, OpDef
 
@@ -39,6 +39,50 @@ class Node:
     def definition(self) -> OpDef:
         """Return the row of the operation table."""
         return OPS[self.op]
+
+    def param(self, name: str) -> Param:
+        """Return a parameter by its name in the operation table; ValueError if the operation has none such."""
+        return self.params[OPS[self.op].params.index(name)]
+
+    @property
+    def name(self) -> str:
+        """Return the name of an input."""
+        return cast(str, self.param("name"))
+
+    @property
+    def number(self) -> Fraction:
+        """Return the number of a constant."""
+        return cast(Fraction, self.param("value"))
+
+    @property
+    def m(self) -> int:
+        """Return the coordinate system of a unit operation or `solve`: 1 circular, 0 linear, -1 hyperbolic."""
+        return cast(int, self.param("m"))
+
+    @property
+    def sign(self) -> int:
+        """Return the sign with which a vectoring adds its angle, 1 or -1."""
+        return cast(int, self.param("sign"))
+
+    @property
+    def branch(self) -> str:
+        """Return the branch of an implicit operation or `solve`, of `BRANCHES`."""
+        return cast(str, self.param("branch"))
+
+    @property
+    def condition(self) -> str:
+        """Return the condition of a guard, of `GUARD_CONDITIONS`."""
+        return cast(str, self.param("condition"))
+
+    @property
+    def factor(self) -> Fraction:
+        """Return the factor of a product with a constant."""
+        return cast(Fraction, self.param("factor"))
+
+    @property
+    def exponent(self) -> Fraction:
+        """Return the exponent of a shift, a whole number, or of a power, a multiple of 1/2."""
+        return Fraction(cast(Fraction | int, self.param("exponent")))
 
 
 def factored(nodes: Sequence[Node], value: Value) -> tuple[Fraction, Value]:
