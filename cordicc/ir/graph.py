@@ -41,7 +41,7 @@ class Node:
         return OPS[self.op]
 
     def param(self, name: str) -> Param:
-        """Return a parameter by its name in the operation table; ValueError if the operation has none such."""
+        """Return a parameter by its name in the operation table; raises ValueError."""
         return self.params[OPS[self.op].params.index(name)]
 
     @property
@@ -56,7 +56,7 @@ class Node:
 
     @property
     def m(self) -> int:
-        """Return the coordinate system of a unit operation or `solve`: 1 circular, 0 linear, -1 hyperbolic."""
+        """Return the coordinate system: 1 circular, 0 linear, -1 hyperbolic."""
         return cast(int, self.param("m"))
 
     @property
