@@ -165,36 +165,3 @@ def headline(plan: Plan) -> str:
         f"{sum(fifo.depth for fifo in plan.fifos)} FIFO words",
     ]
     return " · ".join(part for part in parts if part)
-
-
-def spans(plan: Plan) -> dict[str, tuple[int, int]]:
-    """Return the cycles in which each FIFO segment takes and hands on a value.
-
-    The end is the start of the operations it feeds, the plan's latency for an output, or, if it only
-    feeds another segment, its depth after the begin.
-    """
-    operations = {operation.id: operation for operation in plan.operations}
-    by_id = {fifo.id: fifo for fifo in plan.fifos}
-    found: dict[str, tuple[int, int]] = {}
-
-    def span(fifo: Fifo, seen: tuple[str, ...]) -> tuple[int, int]:
-        if fifo.id not in found:
-            begin = 0
-            if fifo.source in operations:
-                begin = operations[fifo.source].finish
-            elif fifo.source in by_id and fifo.source not in seen:
-                begin = span(by_id[fifo.source], (*seen, fifo.source))[1]
-            ends = [operations[name].start for name in map(_owner, fifo.sinks) if name in operations]
-            if any(_owner(sink) == "out" and sink not in by_id for sink in fifo.sinks):
-                ends.append(plan.latency_cycles)
-            end = min(ends, default=begin + fifo.depth * plan.initiation_interval)
-            found[fifo.id] = (begin, max(begin, end))
-        return found[fifo.id]
-
-    for fifo in plan.fifos:
-        span(fifo, (fifo.id,))
-    return found
-
-
-def _owner(sink: str) -> str:
-    return sink.partition(".")[0]

@@ -26,7 +26,8 @@ from cordicc.emulate.cycle import Register, Snapshot, clock
 from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.ir.sampling import draw_parts
-from cordicc.plan.model import Operation, Plan, Unit
+from cordicc.plan.model import Operation, Plan
+from cordicc.plan.netlist import Cell, Driver, FifoEnd, InputWord, Netlist
 
 MOST_SIGNAL_CYCLES = 20_000_000
 """Signals times cycles; larger waveforms are refused."""
@@ -130,25 +131,22 @@ class _Signals:
     probes: list[tuple[Variable[State], Probe]] = field(default_factory=list)
     names: dict[tuple[str, ...], set[str]] = field(default_factory=dict)
     formats: Formats = field(init=False)
-    feeder: dict[str, str] = field(init=False)
+    netlist: Netlist = field(init=False)
 
     def __post_init__(self) -> None:
         self.formats = Formats.of(self.plan, self.arithmetic)
-        self.feeder = {sink: fifo.id for fifo in self.plan.fifos for sink in fifo.sinks}
+        self.netlist = Netlist.of(self.plan)
         interval = self.plan.initiation_interval
         if interval > 1:
             self._add((), "slot", (interval - 1).bit_length(), lambda snapshot: snapshot.cycle % interval)
         for item in self.plan.problem["inputs"]:
             name = str(item["name"])
-            self._add_word(("inputs",), name, self._width(name), _wire(name))
+            self._add_word(("inputs",), name, self._width(name), _wire(InputWord(name)))
         for fifo in self.plan.fifos:
-            self._add_word(("fifos",), f"{fifo.id}_{fifo.value}", fifo.width, _fifo(fifo.id))
+            self._add_word(("fifos",), f"{fifo.id}_{fifo.value}", fifo.width, _wire(FifoEnd(fifo.id)))
         self._add_outputs()
-        on: dict[str, list[Operation]] = {}
-        for operation in self.plan.operations:
-            on.setdefault(operation.unit, []).append(operation)
-        for unit in self.plan.units:
-            self._add_unit(unit, on.get(unit.id, []))
+        for cell in self.netlist.cells.values():
+            self._add_unit(cell)
 
     def register(self, scope: tuple[str, ...], name: str, width: int | None) -> Variable[State]:
         """Declare a signal of so many bits, or one that carries text, under a name that VCD allows."""
@@ -197,25 +195,25 @@ class _Signals:
         numbers = [float(array[0]) for array in snapshot.outputs.values()]
         return int(bool(self.in_range[step]) and not np.isnan(numbers).any())
 
-    def _add_unit(self, unit: Unit, operations: list[Operation]) -> None:
-        scope = ("units", unit.id)
-        interval = self.plan.initiation_interval
+    def _add_unit(self, cell: Cell) -> None:
+        scope = ("units", cell.unit.id)
+        operations, interval = cell.operations, self.plan.initiation_interval
         entering = {operation.start % interval: operation for operation in operations}
         leaving = {operation.finish % interval: operation for operation in operations}
         if len(operations) > 1:
             self._add(scope, "operation", None, lambda s: getattr(entering.get(s.cycle % interval), "id", ""))
-        for at, inputs in enumerate(unit.inputs):
-            chosen = {word.slot: word.select[at] for word in unit.control if at < len(word.select)}
-            width = max(1, (len(inputs) - 1).bit_length())
-            self._add(scope, f"select_{at}", width, _selected(chosen, interval))
+            for at, multiplexer in enumerate(cell.ports):
+                width = max(1, (len(multiplexer.sources) - 1).bit_length())
+                self._add(scope, f"select_{at}", width, _selected(multiplexer.select, interval))
         for at, port in enumerate(_common([operation.ports for operation in operations])):
-            reads = {slot: self._port(o, at) for slot, o in entering.items() if at < len(o.ports)}
+            sources, select = cell.ports[at].sources, cell.ports[at].select
+            reads = {slot: _wire(sources[chosen]) for slot, chosen in select.items()}
             widths = [self._operand_width(o, at) for o in operations if at < len(o.ports)]
             self._add_word(scope, port, max(widths), _in_slot(reads, interval))
         results = [tuple(self._result_names(operation)) for operation in operations]
         for at, port in enumerate(_common(results)):
             made = {slot: o.results[at] for slot, o in leaving.items() if at < len(o.results)}
-            wires = {slot: _wire(name) for slot, name in made.items() if name is not None}
+            wires = {s: _wire(self.netlist.results[name].driver) for s, name in made.items() if name}
             widest = max((self._width(name) for name in made.values() if name is not None), default=0)
             if widest:
                 self._add_word(scope, f"result_{port}", widest, _in_slot(wires, interval))
@@ -231,22 +229,9 @@ class _Signals:
             return self._width(operand.value)
         return constant_signal(self.arithmetic, operand, 1).format.width_bits
 
-    def _port(self, operation: Operation, at: int) -> Callable[[Snapshot], Register]:
-        """Return what reads an operand port: a constant, the end of a FIFO, or a wire."""
-        operand = operation.operands[at]
-        if operand.value is None:
-            constant = constant_signal(self.arithmetic, operand, 1)
-            return lambda snapshot: constant
-        fifo = self.feeder.get(f"{operation.id}.{operation.ports[at]}")
-        return _wire(operand.value) if fifo is None else _fifo(fifo)
 
-
-def _wire(value: str) -> Callable[[Snapshot], Register]:
-    return lambda snapshot: snapshot.values.get(value)
-
-
-def _fifo(id: str) -> Callable[[Snapshot], Register]:
-    return lambda snapshot: snapshot.fifos[id]
+def _wire(driver: Driver) -> Callable[[Snapshot], Register]:
+    return lambda snapshot: snapshot.wires.get(driver)
 
 
 def _selected(select: Mapping[int, int], interval: int) -> Probe:

@@ -281,10 +281,6 @@ class TestPalette:
 
 
 class TestLabels:
-    def test_fifo_spans_follow_the_chain(self):
-        plan = plans.wheel()
-        assert sorted(labels.spans(plan).values()) == [(7, 48), (48, 92), (48, 92)]
-
     @pytest.mark.parametrize(
         ("text", "shown"),
         [("1/3", "0.333333"), ("-0x1.8p+1", "−3"), ("0.25", "0.25"), ("pi", "pi"), ("1/0", "1/0")],

@@ -9,6 +9,7 @@ from unittest.mock import patch
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from cordicc.plan.netlist import ConstantWord
 from cordicc.schedule.binding import Wiring, bind, multiplexer_inputs
 from cordicc.schedule.solver import fifo_lp, neighbourhoods, shift
 from cordicc.schedule.solver.cp_program import Space
@@ -167,7 +168,7 @@ def test_taps_never_cost_more_than_a_delay_for_each_consumer(flow: Flow, interva
 )
 def test_binding_has_the_fewest_multiplexer_inputs(rows: list[tuple[int, list[int]]]) -> None:
     slot = {f"o{k}": row[0] for k, row in enumerate(rows)}
-    drivers = {f"o{k}": tuple(("constant", str(c)) for c in row[1]) for k, row in enumerate(rows)}
+    drivers = {f"o{k}": tuple(ConstantWord(str(c)) for c in row[1]) for k, row in enumerate(rows)}
     wires = Wiring(dict.fromkeys(slot, "mul"), slot, drivers)
     found = bind(wires)
     places = [(slot[id], unit) for id, unit in found.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -114,6 +114,21 @@ def flows(draw: st.DrawFn, most_operations: int = 6, most_latency: int = 5) -> F
     outputs = [f"o{i}.norm" for i, row in enumerate(rows) if not {f"o{i}.{r}" for r in RESULTS} & taken]
     outputs += draw(st.lists(st.sampled_from([*values, "5"]), min_size=not outputs, max_size=2))
     return Flow(inputs, tuple(rows), tuple(outputs))
+
+
+def with_interval(plan: Plan, interval: int, share: bool) -> Plan:
+    """Return the plan with new samples every `interval` cycles, units shared where slots allow."""
+    fifos = [replace(fifo, depth=-(-fifo.depth // interval)) for fifo in plan.fifos]
+    taken: dict[tuple[str, int], Operation] = {}
+    operations = []
+    for operation in plan.operations:
+        own = operation.finish - operation.start
+        candidates = [unit.id for unit in plan.units if unit.latency == own] if share else [operation.unit]
+        slot = operation.start % interval
+        unit = next(id for id in candidates if (id, slot) not in taken)
+        taken[unit, slot] = operation
+        operations.append(replace(operation, unit=unit))
+    return replace(plan, initiation_interval=interval, operations=tuple(operations), fifos=tuple(fifos))
 
 
 class FakeFormat:

@@ -9,6 +9,7 @@ from cordicc.backends.pictures.folding import fold
 from cordicc.backends.pictures.layout import compact, forced_layers
 from cordicc.backends.pictures.shapes import Shape, fifo_shape, name_shape, operation_shape, output_text
 from cordicc.plan.model import Plan
+from cordicc.plan.netlist import Netlist
 
 Slot = tuple[int, int]
 """A cycle and a place within it: operations without latency come before those that take time."""
@@ -49,7 +50,7 @@ def _slots(plan: Plan) -> dict[str, Slot]:
     starts = sorted({op.start for op in plan.operations if op.id not in instant})
     for operation in plan.operations:
         slots[f"op.{operation.id}"] = (operation.start, 0 if operation.id in instant else _LATE)
-    for fifo_id, (begin, end) in labels.spans(plan).items():
+    for fifo_id, (begin, end) in Netlist.of(plan).spans.items():
         columns = [cycle for cycle in starts if begin <= cycle < end]
         slots[f"fifo.{fifo_id}"] = (columns[-1] if columns else begin, _LATE)
     for name in plan.outputs:

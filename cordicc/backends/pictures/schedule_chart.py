@@ -14,6 +14,7 @@ from cordicc.backends.pictures.diagram import MARGIN, heading, kinds_used
 from cordicc.backends.pictures.reservation import draw as draw_reservation
 from cordicc.backends.pictures.svg import Svg, fitted, number, text_width
 from cordicc.plan.model import Operation, Plan
+from cordicc.plan.netlist import Netlist
 
 LANE, VALUE_LANE = 18, 15
 SIZE = 9.0
@@ -154,7 +155,7 @@ def _bars(operations: Sequence[Operation]) -> list[Bar]:
 
 def _value_rows(plan: Plan, scale: float) -> list[Row]:
     """Return a row for each value that waits; many of them share rows, with their names at the bars."""
-    spans = labels.spans(plan)
+    spans = Netlist.of(plan).spans
     together = len({fifo.value for fifo in plan.fifos}) > MOST_ROWS
     rows: dict[str, list[Bar]] = {}
     for fifo in plan.fifos:

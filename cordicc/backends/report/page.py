@@ -53,7 +53,6 @@ def render(
         drawn: its datapath as drawn, if it is.
     """
     cards = Cards(plan)
-    spans = labels.spans(plan)
     script = Markup(_template_text("report.js"))
     return (
         _environment(typeset)
@@ -75,7 +74,7 @@ def render(
             formulas=lambda operation: [math(each) for each in cards.formulas.of(operation)],
             own_errors=cards.errors,
             chosen=report_tables.chosen(plan),
-            fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
+            fifos=[(fifo, *cards.netlist.spans[fifo.id]) for fifo in plan.fifos],
             words=sum(fifo.depth for fifo in plan.fifos),
             formats=report_tables.formats(plan),
             target_facts=report_tables.target_facts(plan),
