@@ -8,30 +8,26 @@ clauses.  An operation that has a unit to itself starts as soon as it can where 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
+from cordicc.schedule.solver.cp_program import Program
 from cordicc.schedule.solver.cuts import MOST_OPERATIONS, Ways, longest_ways, path_cuts
 from cordicc.schedule.solver.scheduling_problem import OUT, Value
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
 
-    from cordicc.schedule.solver.cp_program import Program
-
 _INPUT = -1
 """Stands for the producer of an input."""
 
 
-class Words:
-    """The words of each value in a program, `count`, and what is known of them.
+class FifoWords:
+    """The words of each value in a program, `count`, and what is known of them."""
 
-    `weight` is what a word of each value costs in the goals.
-    """
-
-    def __init__(self, program: Program, weight: Mapping[str, tuple[int, ...]]) -> None:
-        self._program, self._weight = program, weight
+    def __init__(self, program: Program) -> None:
+        self._program, self._weight = program, program.weight
         self._problem, self._net, self._space = program.problem, program.net, program.space
         self._model, self._index = program.model, program.index
         latency = self._space.latency
