@@ -9,6 +9,7 @@ from typing import Any
 
 from cordicc.backends.palette import LOOKS
 from cordicc.plan.model import Fifo, Operand, Operation, Plan
+from cordicc.targets.target import CAU_KINDS
 
 SYMBOLS = {
     "add": "+", "sub": "−", "mul": "×", "neg": "−1×", "abs": "|a|", "sign": "sgn", "min": "min", "max": "max",
@@ -16,7 +17,6 @@ SYMBOLS = {
     "lightcone": "light cone", "implicit": "implicit",
 }  # fmt: skip
 KIND_ORDER = ("standard", "implicit", "mul", "cmul", "add", "shift", "sign")
-CAU_KINDS = ("standard", "implicit")
 
 
 def kind_rank(kind: str) -> tuple[int, str]:
@@ -141,13 +141,25 @@ def clock_hz(plan: Plan) -> float | None:
     return float(value) if isinstance(value, (int, float)) and value > 0 else None
 
 
-def seconds(count: float, clock: float) -> str:
-    """Write a time of `count` cycles with a fitting unit."""
-    time = count / clock
+def duration(seconds: float) -> str:
+    """Write a time with a fitting unit."""
     for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if time >= scale:
-            return f"{time / scale:.4g} {unit}"
-    return f"{time / 1e-9:.4g} ns" if time else "0"
+        if seconds >= scale:
+            return f"{seconds / scale:.4g} {unit}"
+    return f"{seconds / 1e-9:.4g} ns"
+
+
+def seconds(count: float, clock: float) -> str:
+    """Write the time of `count` cycles at a clock in Hz with a fitting unit; no cycles need none."""
+    return duration(count / clock) if count else "0"
+
+
+def proof(plan: Plan, name: str) -> str:
+    """Say whether a figure (a key of `Plan.optimal`) is proven optimal, else what is proven of it."""
+    if plan.optimal.get(name):
+        return "proven optimal for these operations"
+    bound = plan.bounds.get(name)
+    return "no bound" if bound is None else f"at least {bound}"
 
 
 def headline(plan: Plan) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cordicc.backends.pictures.svg import clean
+from cordicc.backends.escaping import clean
 from cordicc.plan.model import Plan
 
 _TEMPLATE = '''\

@@ -16,7 +16,13 @@ from cordicc.plan.netlist import FifoEnd
 from cordicc.schedule.binding import Wiring, bind
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
-from cordicc.schedule.solver.scheduling_problem import CyclicError, Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import (
+    CyclicError,
+    Schedule,
+    SchedulingProblem,
+    Task,
+    TaskValue,
+)
 
 MAX_OPERATIONS = 200_000
 MAX_EDGES = 1_000_000
@@ -268,5 +274,5 @@ def _problem(
         takers[_PREFIX + producer].append((_PREFIX + taker, str(ports[taker])))
         ports[taker] += 1
     tasks = tuple(Task(_PREFIX + id, kind, latency[kind]) for id, kind in kinds.items())
-    values = tuple(Value(id, id, tuple(sinks)) for id, sinks in takers.items())
+    values = tuple(TaskValue(id, id, tuple(sinks)) for id, sinks in takers.items())
     return SchedulingProblem(tasks, values, interval, dict(limits), "cycles")

@@ -12,7 +12,7 @@ from cordicc.schedule.binding import Binding, bind, wiring
 from cordicc.schedule.control import controlled
 from cordicc.schedule.delays import delays
 from cordicc.schedule.request import Limits, goals, scheduled
-from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Sink, Task, TaskValue
 from cordicc.targets.target import CAU_KINDS
 
 _FIGURES = ("processors", "latency", "fifo_words")
@@ -91,7 +91,7 @@ def _shared_kind(operation: Operation) -> str:
     return operation.kind if constant is None else f"{operation.kind} {constant}"
 
 
-def _values(plan: Plan) -> tuple[Value, ...]:
+def _values(plan: Plan) -> tuple[TaskValue, ...]:
     """Return every value that something takes, inputs first."""
     sinks: dict[str, list[Sink]] = {}
 
@@ -106,7 +106,7 @@ def _values(plan: Plan) -> tuple[Value, ...]:
         take(operand, (OUT, name))
     every: list[tuple[str, str | None]] = [(item["name"], None) for item in plan.problem["inputs"]]
     every += [(r, o.id) for o in plan.operations for r in o.results if r is not None]
-    return tuple(Value(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
+    return tuple(TaskValue(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
 
 
 def _bound(

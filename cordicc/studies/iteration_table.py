@@ -11,6 +11,7 @@ from cordicc.arith.kernels.shift_sequences import Sequence
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity
 from cordicc.studies import fixed_iterations, iterations
 from cordicc.studies.iterations import Run, State, mp
+from cordicc.targets.target import SYSTEMS
 
 LARGEST = 10**9
 DECIMALS = 10
@@ -21,7 +22,6 @@ RULES = {
     "root-free": "root-free double rotations",
     "single-rotation": "standard micro-rotations",
 }
-SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 GOALS = {"rotation": "z -> 0", "vectoring": "y -> 0", "implicit": "y -> C"}
 
 

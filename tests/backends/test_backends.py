@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 
 import pytest
 
-from cordicc.backends import labels, script
+from cordicc.backends import escaping, labels, script
 from cordicc.backends.palette import DARK, INK, LOOKS, MUTED, OTHER
 from cordicc.backends.pictures import (
     datapath,
@@ -73,7 +73,7 @@ class TestPictures:
         if view is not graph_view:
             wanted |= {f"fifo.{fifo.id}" for fifo in plan.fifos}
         if view is not schedule_chart:
-            wanted |= {f"out.{svg.clean(name)}" for name in plan.outputs}
+            wanted |= {f"out.{escaping.clean(name)}" for name in plan.outputs}
         assert wanted <= set(ids)
 
     def test_labels_do_not_overlap(self, view, plan):
@@ -179,7 +179,7 @@ class TestLayout:
         assert set(layout.forced_layers({"a": 0, "b": 0}, [("a", "b"), ("b", "a")])) == {"a", "b"}
 
     def test_order_removes_a_crossing(self):
-        nodes = [placing.Node(0, 16), placing.Node(0, 16), placing.Node(1, 16), placing.Node(1, 16)]
+        nodes = [placing.Vertex(0, 16), placing.Vertex(0, 16), placing.Vertex(1, 16), placing.Vertex(1, 16)]
         edges = [placing.Edge(0, 8, 3, 8), placing.Edge(1, 8, 2, 8)]
         first, second = placing.order(nodes, edges, [[0, 1], [2, 3]])
         assert [first.index(0), first.index(1)] == [second.index(3), second.index(2)]

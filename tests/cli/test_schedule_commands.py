@@ -21,7 +21,7 @@ from cordicc.schedule.bare import parse_graph, schedule_graph
 from cordicc.schedule.place import place
 from cordicc.schedule.request import Limits, goals, interval_for, scheduled
 from cordicc.schedule.solver.engine import Effort
-from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, TaskValue
 from cordicc.schedule.verify_bare import verify_bare
 from cordicc.studies.trade_off import INTERVALS, explore, workers
 from cordicc.targets.target import CAU_KINDS, load_target
@@ -121,11 +121,11 @@ def shared() -> SchedulingProblem:
         Task("c", "standard", 44),
     )
     values = (
-        Value("i", None, (("a", "x"), ("c", "x"))),
-        Value("a.r", "a", (("m", "x"),)),
-        Value("m.r", "m", (("b", "x"),)),
-        Value("b.r", "b", (("out", "p"),)),
-        Value("c.r", "c", (("out", "q"),)),
+        TaskValue("i", None, (("a", "x"), ("c", "x"))),
+        TaskValue("a.r", "a", (("m", "x"),)),
+        TaskValue("m.r", "m", (("b", "x"),)),
+        TaskValue("b.r", "b", (("out", "p"),)),
+        TaskValue("c.r", "c", (("out", "q"),)),
     )
     return SchedulingProblem(tasks, values, 2)
 
@@ -167,7 +167,7 @@ def test_what_cannot_be_met_names_what_binds(limits: dict[str, int], code: str, 
 def test_limits_that_only_clash_together() -> None:
     # At interval 2 one unit does two operations: two in a chain of 44 cycles would share a slot.
     tasks = (Task("a", "standard", 44), Task("b", "standard", 44))
-    values = (Value("a.r", "a", (("b", "x"),)), Value("b.r", "b", (("out", "p"),)))
+    values = (TaskValue("a.r", "a", (("b", "x"),)), TaskValue("b.r", "b", (("out", "p"),)))
     problem = SchedulingProblem(tasks, values, 2)
     order = goals("processors", KINEMATIC, ("standard",), {})
     for limits, expected in (({"max_latency": 88}, (2, 88)), ({"max_processors": 1}, (1, 89))):

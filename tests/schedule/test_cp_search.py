@@ -20,7 +20,7 @@ from cordicc.schedule.solver.fifo_lp import least_cycles
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.solver.latency_bounds import latency_bound
 from cordicc.schedule.solver.modulo_list import list_schedule
-from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Value, fifo_words
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, TaskValue, fifo_words
 from cordicc.schedule.solver.shift import improve
 from cordicc.schedule.solver.symmetry import exchanges
 from tests.schedule.test_schedule_properties import every_schedule
@@ -153,7 +153,7 @@ def test_taps_never_cost_more_than_a_delay_for_each_consumer(flow: Flow, interva
     problem = replace(flow.problem(), interval=interval)
     solved = solve(problem, [LATENCY, FIFO_WORDS], effort=Effort(words=0.2))
     apart = tuple(
-        Value(f"{value.name}{k}", value.producer, (sink,))
+        TaskValue(f"{value.name}{k}", value.producer, (sink,))
         for value in problem.values
         for k, sink in enumerate(value.consumers)
     )

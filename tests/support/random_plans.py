@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cordicc.arith.numbers.formats import Signal
 from cordicc.plan.model import Operand, Operation, Plan, Unit
 from cordicc.schedule.delays import delays
-from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, TaskValue
 
 PORTS = ("x", "y", "z")
 RESULTS = ("norm", "angle")
@@ -50,7 +50,7 @@ class Flow:
         tasks = tuple(Task(f"o{i}", "mix", latency) for i, (latency, _, _) in enumerate(self.operations))
         producer = {name: f"o{i}" for i in range(len(self.operations)) for name in self.results(i)}
         values = tuple(
-            Value(name, producer.get(name), tuple(sinks)) for name, sinks in self.consumers().items()
+            TaskValue(name, producer.get(name), tuple(sinks)) for name, sinks in self.consumers().items()
         )
         return SchedulingProblem(tasks, values)
 

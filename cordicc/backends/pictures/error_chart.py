@@ -19,7 +19,7 @@ _MOST_BINS = 26
 
 
 @dataclass(frozen=True, slots=True)
-class _Axis:
+class _OctaveAxis:
     """Powers of two across, from the bar of all smaller errors on."""
 
     first: int
@@ -49,7 +49,7 @@ def render(plan: Plan) -> list[str]:
     bounds = [bound for name in known if (bound := _bound(plan, name))]
     last = max([math.frexp(error)[1] for error in (*largest, *bounds)], default=0)
     smallest = min((math.frexp(error)[1] - 1 for error in largest), default=last - 1)
-    axis = _Axis(max(smallest, last - _MOST_BINS) - 1, last)
+    axis = _OctaveAxis(max(smallest, last - _MOST_BINS) - 1, last)
     angles = {str(o["name"]): bool(o.get("angle")) for o in plan.problem.get("outputs", [])}
     return [_chart(name, found, _bound(plan, name), axis, angles) for name, found in known.items()]
 
@@ -60,7 +60,7 @@ def _bound(plan: Plan, name: str) -> float | None:
     return float(value) if isinstance(value, (int, float)) and value > 0 else None
 
 
-def _chart(name: str, found: Any, bound: float | None, axis: _Axis, angles: dict[str, bool]) -> str:
+def _chart(name: str, found: Any, bound: float | None, axis: _OctaveAxis, angles: dict[str, bool]) -> str:
     svg = Svg("eh")
     unit = " rad" if angles.get(name) else ""
     svg.text(_LEFT, 16, fitted(name, 12, 120, bold=True), 12, bold=True)
@@ -93,7 +93,7 @@ def _chart(name: str, found: Any, bound: float | None, axis: _Axis, angles: dict
     return svg.document(_LEFT + _WIDTH + _RIGHT, base + _BELOW, summary)
 
 
-def _range(exponent: int, axis: _Axis) -> str:
+def _range(exponent: int, axis: _OctaveAxis) -> str:
     if exponent <= axis.first:
         return f"below {math.ldexp(1.0, axis.first + 1):.2e}"
     end = math.ldexp(1.0, exponent + 1) if exponent + 1 < sys.float_info.max_exp else sys.float_info.max
@@ -105,7 +105,7 @@ def _mark(svg: Svg, x: float, base: float, dash: str) -> None:
     svg.tag("path", d=f"M{number(x)} {_TOP}V{number(base)}", stroke=INK, stroke_width=1.4, **style)
 
 
-def _ticks(svg: Svg, axis: _Axis, base: float) -> None:
+def _ticks(svg: Svg, axis: _OctaveAxis, base: float) -> None:
     """Mark powers of ten, as many as have room."""
     tens = [p for p in range(-40, 41) if axis.first + 1 < p * math.log2(10) < axis.last]
     step = max(1, math.ceil(len(tens) / 6))

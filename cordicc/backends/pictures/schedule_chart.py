@@ -10,11 +10,13 @@ from dataclasses import dataclass, replace
 
 from cordicc.backends import labels
 from cordicc.backends.palette import BAND, INK, LOOKS, MUTED, PAPER, RULE, Look, look_of
+from cordicc.backends.pictures.axes import ROUND_STEPS
 from cordicc.backends.pictures.diagram import MARGIN, heading, kinds_used
 from cordicc.backends.pictures.reservation import draw as draw_reservation
 from cordicc.backends.pictures.svg import Svg, fitted, number, text_width
 from cordicc.plan.model import Operation, Plan
 from cordicc.plan.netlist import Netlist
+from cordicc.targets.target import CAU_KINDS
 
 LANE, VALUE_LANE = 18, 15
 SIZE = 9.0
@@ -131,17 +133,17 @@ def _unit_rows(plan: Plan, scale: float) -> list[Row]:
 
 def _many(plan: Plan, kind: str) -> bool:
     """Tell whether a kind has so many units that they are drawn together."""
-    return kind not in labels.CAU_KINDS and sum(unit.kind == kind for unit in plan.units) > MOST_UNITS
+    return kind not in CAU_KINDS and sum(unit.kind == kind for unit in plan.units) > MOST_UNITS
 
 
 def _group(kind: str) -> tuple[int, str]:
     """Return the sort key of a kind of row: all CAUs are one group."""
-    return (-1, "") if kind in labels.CAU_KINDS else labels.kind_rank(kind)
+    return (-1, "") if kind in CAU_KINDS else labels.kind_rank(kind)
 
 
 def _bar(operation: Operation) -> Bar:
     name = operation.id
-    if operation.kind in labels.CAU_KINDS:
+    if operation.kind in CAU_KINDS:
         name = " ".join(
             part for part in (operation.id, operation.equation, f"({labels.mode(operation)})") if part
         )
@@ -201,12 +203,7 @@ def _extent(bar: Bar, scale: float) -> tuple[float, float]:
 
 def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: float, span: int) -> None:
     left, top, scale = origin
-    step = next(
-        base * 10**power
-        for power in range(12)
-        for base in (1, 2, 5)
-        if base * 10**power * scale >= TICK_SPACING
-    )
+    step = next(step for step in ROUND_STEPS if step * scale >= TICK_SPACING)
     clock = labels.clock_hz(plan)
     marks = [cycle for cycle in range(0, span + 1, step) if span - cycle >= step * 0.6 or cycle == span]
     svg.text(left - 12, top - 20, "cycle", SIZE, anchor="end", fill=MUTED)

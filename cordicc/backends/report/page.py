@@ -15,10 +15,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from cordicc.backends import labels
+from cordicc.backends.escaping import clean
 from cordicc.backends.palette import dark_rules
 from cordicc.backends.pictures import datapath, error_chart, pareto_plot, schedule_chart, wiring
 from cordicc.backends.pictures.diagram import Diagram
-from cordicc.backends.pictures.svg import clean
 from cordicc.backends.report import report_tables
 from cordicc.backends.report.cards import Cards, math
 from cordicc.backends.text import mathml, recognition

@@ -6,10 +6,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from cordicc.backends.labels import CAU_KINDS, constant
+from cordicc.backends.labels import constant
 from cordicc.backends.text import mathml
 from cordicc.backends.text.mathml import Formula
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
+from cordicc.targets.target import CAU_KINDS
 
 MOST_PARTS, MOST_SHARED_PARTS = 5, 3
 """Operations that one formula is put together from; larger parts are named by their operation, and so are

@@ -12,6 +12,7 @@ from cordicc.backends.text.mathml import Formula
 from cordicc.ir.ops import Level
 from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Operation, Plan
+from cordicc.targets.target import CAU_KINDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,8 @@ def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
     made = []
     for target in [*texts, *others]:
         group = groups.get(target, [])
-        units = [each for each in group if each.kind in labels.CAU_KINDS]
-        small = [each for each in group if each.kind not in labels.CAU_KINDS]
+        units = [each for each in group if each.kind in CAU_KINDS]
+        small = [each for each in group if each.kind not in CAU_KINDS]
         told = [each for each in small if each.derivation]
         made.append(
             Recognised(

@@ -5,20 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cordicc.backends.labels import MOST, most_within, percent
+from cordicc.backends.labels import MOST, duration, most_within, percent, proof
 from cordicc.base.text_tables import Facts, Sheet, Table, plain
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.judging import Judged
 from cordicc.plan.model import Plan
 from cordicc.targets.target import CAU_KINDS
-
-
-def _seconds(seconds: float) -> str:
-    """Return a time in the unit that suits it."""
-    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns")):
-        if seconds * factor >= 1 or unit == "ns":
-            return f"{seconds * factor:.4g} {unit}"
-    raise AssertionError
 
 
 def count(number: int, noun: str) -> str:
@@ -35,7 +27,7 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
     """Return the summary of a plan, and a last line."""
     caus = plan.processors()
     others = [f"{n} {kind}" for kind, n in plan.units_by_kind().items() if kind not in CAU_KINDS]
-    proven = {name: _proven(plan, name) for name in ("processors", "latency", "fifo_words")}
+    proven = {name: proof(plan, name) for name in ("processors", "latency", "fifo_words")}
     by_kind = f"{caus['standard']} standard, {caus['implicit']} implicit"
     longest = plan.critical_path()
     path = " + ".join(f"{cycles} {kind}" for kind, cycles in longest.items())
@@ -46,9 +38,9 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         ("chosen", _chosen(plan)),
         (
             "latency",
-            f"{count(plan.latency_cycles, 'cycle')}, {_seconds(plan.latency_seconds)} ({proven['latency']})",
+            f"{count(plan.latency_cycles, 'cycle')}, {duration(plan.latency_seconds)} ({proven['latency']})",
         ),
-        ("  CAUs alone", f"{count(plan.cau_cycles, 'cycle')}, {_seconds(plan.cau_cycles / plan.clock_hz)}"),
+        ("  CAUs alone", f"{count(plan.cau_cycles, 'cycle')}, {duration(plan.cau_cycles / plan.clock_hz)}"),
         (
             "  longest path",
             f"{path} {'cycle' if sum(longest.values()) == 1 else 'cycles'}" if path else "none",
@@ -80,12 +72,6 @@ def explanation_text(plan: Plan) -> str:
         lines.append(f"  {operation.id}  {operation.mode} on {operation.unit}, {source}")
         lines += [f"      {step}" for step in operation.derivation]
     return "\n".join(lines) + "\n"
-
-
-def _proven(plan: Plan, name: str) -> str:
-    if plan.optimal[name]:
-        return "proven optimal for these operations"
-    return f"at least {plan.bounds[name]}"
 
 
 def _figure(number: float | None, unit: str = "") -> str:

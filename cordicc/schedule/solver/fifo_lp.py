@@ -17,7 +17,7 @@ from cordicc.schedule.solver.scheduling_problem import (
     InfeasibleError,
     Schedule,
     SchedulingProblem,
-    Value,
+    TaskValue,
     fifo_words,
 )
 
@@ -70,7 +70,7 @@ def least_cycles(problem: SchedulingProblem, latency: int) -> int:
     net = network(problem, {})
     index = {id: i for i, id in enumerate(net.ids)}
     block = {net.ids[i]: position // _MOST_WHOLE for position, i in enumerate(net.order)}
-    blocks: dict[int, list[Value]] = {}
+    blocks: dict[int, list[TaskValue]] = {}
     for value in problem.values:
         takers = [taker for taker in value.takers() if taker != OUT]
         if value.consumers:
@@ -90,7 +90,7 @@ def least_cycles(problem: SchedulingProblem, latency: int) -> int:
     return total
 
 
-def _in_units(problem: SchedulingProblem, values: Iterable[Value]) -> int:
+def _in_units(problem: SchedulingProblem, values: Iterable[TaskValue]) -> int:
     """Return the cycles from the starts of the operations that make values to their ends."""
     latency = {task.id: task.latency for task in problem.operations}
     return sum(latency[v.producer] for v in values if v.consumers and v.producer is not None)
@@ -141,7 +141,7 @@ def _model(
     return Differences(tuple(cost), gaps)
 
 
-def _last(value: Value, node: dict[str, int]) -> int | None:
+def _last(value: TaskValue, node: dict[str, int]) -> int | None:
     """Return the taker that is last in every schedule, if one is known: the outputs, or the only one."""
     takers = value.takers()
     if OUT in takers:

@@ -52,7 +52,7 @@ def improved(
         solver: makes a solver with a limit in deterministic time.
         ended: asked between neighbourhoods; true ends the search.
     """
-    search = _Search(problem, net, goal, space, start)
+    search = _Improvement(problem, net, goal, space, start)
     for members in search.neighbourhoods():
         if work <= 0 or ended():
             break
@@ -60,7 +60,7 @@ def improved(
     return search.start
 
 
-class _Search:
+class _Improvement:
     """A schedule and what may change of it; neighbourhoods grow while they are solved to the end."""
 
     def __init__(
