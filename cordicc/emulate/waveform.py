@@ -72,7 +72,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
     samples, in_range = prepare(plan, inputs)
     count = in_range.size
     cycles = plan.latency_cycles + (count - 1) * plan.initiation_interval + 1 if count else 0
-    half_period, timescale = _time(plan.clock_hz)
+    half_period, timescale = timing(plan.clock_hz)
     text = io.StringIO()
     about = _about_words(plan, arithmetic)
     with VCDWriter(
@@ -113,7 +113,7 @@ def _check_size(signals: int, cycles: int) -> None:
         raise Unattainable([Diagnostic("E616", message, hint="write fewer samples: --vcd-samples")])
 
 
-def _time(clock_hz: float) -> tuple[int, str]:
+def timing(clock_hz: float) -> tuple[int, str]:
     """Return half a clock period, and the coarsest timescale in which it is whole (to a femtosecond)."""
     half = max(1, round(_FEMTOSECONDS / clock_hz / 2))
     scales = ((f * 1000**p, f"{f} {_TIME_UNITS[-1 - p]}") for p in range(5, -1, -1) for f in (100, 10, 1))

@@ -315,7 +315,7 @@ class TestLabels:
         assert svg.text_width(short, 10) <= 60
 
     def test_operations_on_a_shared_unit_get_lanes(self):
-        rows = {row.name: row for row in schedule_chart._unit_rows(shared(), 4.0)}
+        rows = {row.name: row for row in schedule_chart.unit_rows(shared(), 4.0)}
         assert [[bar.id for bar in lane] for lane in rows["standard1"].lanes] == [
             ["op.o4", "op.o6"],
             ["op.o7"],

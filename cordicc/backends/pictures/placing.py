@@ -13,7 +13,7 @@ MOST_EDGES = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Vertex:
-    """A node of one layer: a box, or the place where a net passes (height 0)."""
+    """A vertex of one layer: a box, or the place where a net passes (height 0)."""
 
     layer: int
     height: int

@@ -67,7 +67,7 @@ def _drawn(plan: Plan, *, inside: bool) -> str:
     span = max([plan.latency_cycles, 1, *(operation.finish for operation in plan.operations)])
     scale = min(max(CHART_WIDTH / span, LEAST_SCALE), MOST_SCALE)
     left = MARGIN + LABEL_WIDTH
-    operations = _unit_rows(plan, scale)
+    operations = unit_rows(plan, scale)
     values = _value_rows(plan, scale)
     width = left + span * scale + 90
     svg = Svg("sc")
@@ -97,7 +97,7 @@ def _lane_count(rows: Sequence[Row]) -> int:
     return sum(len(row.lanes) for row in rows)
 
 
-def _unit_rows(plan: Plan, scale: float) -> list[Row]:
+def unit_rows(plan: Plan, scale: float) -> list[Row]:
     """Return a row for each unit; many of a kind that do one operation each share rows."""
     busy: dict[str, list[Operation]] = {}
     for operation in plan.operations:

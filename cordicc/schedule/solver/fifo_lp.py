@@ -24,7 +24,7 @@ from cordicc.schedule.solver.scheduling_problem import (
 First = Literal["latency", "fifo"]
 
 _END = 1
-_MOST_WHOLE = 100_000
+MOST_WHOLE = 100_000
 """Operations up to which the program is solved as a whole; its time grows faster than they do."""
 
 
@@ -59,17 +59,18 @@ def solve(
     return Schedule(start, latency, words, proven, {"latency": latency, "fifo_words": least_words})
 
 
-def least_cycles(problem: SchedulingProblem, latency: int) -> int:
+def least_cycles(problem: SchedulingProblem, latency: int, most_whole: int = MOST_WHOLE) -> int:
     """Return the fewest cycles that values wait at a latency, whatever the units: a bound of words.
 
-    Of large problems less: blocks of operations in the order of dependences are bounded one by one, what
-    happens outside a block being free within the windows that the longest paths leave.
+    Of problems of more than `most_whole` operations less: blocks of so many, in the order of dependences,
+    are bounded one by one, what happens outside a block being free within the windows that the longest
+    paths leave.
     """
-    if len(problem.operations) <= _MOST_WHOLE:
+    if len(problem.operations) <= most_whole:
         return minimum(_model(problem, 1, 0, latency, latency, None)) - _in_units(problem, problem.values)
     net = network(problem, {})
     index = {id: i for i, id in enumerate(net.ids)}
-    block = {net.ids[i]: position // _MOST_WHOLE for position, i in enumerate(net.order)}
+    block = {net.ids[i]: position // most_whole for position, i in enumerate(net.order)}
     blocks: dict[int, list[TaskValue]] = {}
     for value in problem.values:
         takers = [taker for taker in value.takers() if taker != OUT]
