@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cordicc.plan.model import Operand, Operation, Plan
+from cordicc.plan.origin import PlanEquation, PlanInput, PlanOutput
+from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
 from tests.support import hand_plans as plans
 
 HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
@@ -36,17 +38,23 @@ def hostile() -> Plan:
         )
         for op in plan.operations
     )
-    problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
-    problem["inputs"] = [{"name": HOSTILE, "lo": 0, "hi": 1, "unit": HOSTILE}]
     outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
-    return replace(
-        plan,
+    problem = replace(
+        plan.problem,
         name=HOSTILE,
         description=HOSTILE,
+        inputs=(PlanInput(HOSTILE, 0.0, 1.0, HOSTILE), PlanInput("y", 0.0, 1.0)),
+        equations=(PlanEquation(HOSTILE, HOSTILE),),
+        outputs=tuple(PlanOutput(name) for name in outputs),
+        warnings=(HOSTILE,),
+    )
+    return replace(
+        plan,
         operations=operations,
         problem=problem,
         outputs=outputs,
         fifos=(),
+        accuracy={name: OutputAccuracy(SeenErrors(1.25e-6, 3e-7)) for name in outputs},
     )
 
 

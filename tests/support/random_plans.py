@@ -11,7 +11,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from cordicc.arith.numbers.formats import Signal
+from cordicc.ir.graph import Graph
 from cordicc.plan.model import Operand, Operation, Plan, Unit
+from cordicc.plan.origin import PlanInput, PlanOptions, PlanProblem, PlanTarget
 from cordicc.schedule.delays import delays
 from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, TaskValue
 
@@ -78,11 +80,11 @@ class Flow:
                 )
             )
         return Plan(
-            name="random",
-            description="",
-            target={},
-            problem={"inputs": [{"name": name, "lo": -0.25, "hi": 0.75} for name in self.inputs]},
-            options={},
+            problem=PlanProblem(
+                "random", Graph((), {}), inputs=tuple(PlanInput(name, -0.25, 0.75) for name in self.inputs)
+            ),
+            target=PlanTarget("random", 1e7, FakeArithmetic()),
+            options=PlanOptions(),
             initiation_interval=1,
             latency_cycles=schedule.latency,
             cau_cycles=0,

@@ -45,7 +45,7 @@ def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:
 
 def _slots(plan: Plan) -> dict[str, Slot]:
     """Give each box its cycle.  A FIFO stands in the last column before the one it feeds."""
-    slots: dict[str, Slot] = {f"in.{name}": (-1, 0) for name in wiring.input_names(plan)}
+    slots: dict[str, Slot] = {f"in.{name}": (-1, 0) for name in plan.problem.input_names}
     instant = {op.id: op.start for op in plan.operations if op.finish <= op.start}
     starts = sorted({op.start for op in plan.operations if op.id not in instant})
     for operation in plan.operations:
@@ -67,13 +67,11 @@ def _slots(plan: Plan) -> dict[str, Slot]:
 
 
 def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
-    about = {item.name: item for item in plan.problem.inputs}
     shapes = []
-    for name in wiring.input_names(plan):
-        item = about[name]
-        unit = f" {item.unit}" if item.unit else ""
-        tip = f"input {name}: {item.lo} to {item.hi}{unit}"
-        shapes.append(name_shape(f"in.{name}", "input", name, tip, layers[f"in.{name}"]))
+    for item in plan.problem.inputs:
+        box, unit = f"in.{item.name}", f" {item.unit}" if item.unit else ""
+        tip = f"input {item.name}: {item.lo} to {item.hi}{unit}"
+        shapes.append(name_shape(box, "input", item.name, tip, layers[box]))
     shapes += [operation_shape(item, layers[f"op.{item.id}"]) for item in plan.operations]
     shapes += [fifo_shape(item, layers[f"fifo.{item.id}"]) for item in plan.fifos]
     for name, operand in plan.outputs.items():

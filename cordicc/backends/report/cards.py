@@ -9,7 +9,6 @@ from markupsafe import Markup
 
 from cordicc.backends import labels
 from cordicc.backends.palette import LOOKS
-from cordicc.backends.pictures import wiring
 from cordicc.backends.report.unit_accuracy import own_errors
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.mathml import Formula, name
@@ -52,7 +51,7 @@ class Cards:
 
     def order(self) -> list[str]:
         """Return the ids of the boxes in the order of time, for walking from one to the next."""
-        timed = [(-1, 0, f"in.{each}") for each in wiring.input_names(self.plan)]
+        timed = [(-1, 0, f"in.{each}") for each in self.plan.problem.input_names]
         timed += [(o.start, 2, f"op.{o.id}") for o in self.plan.operations]
         timed += [(begin, 1, f"fifo.{each}") for each, (begin, _) in self.netlist.spans.items()]
         timed += [(self.plan.latency_cycles, 3, f"out.{each}") for each in self.plan.outputs]
