@@ -13,7 +13,7 @@ from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.ops import Level
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 
 UNARY = (
@@ -25,7 +25,7 @@ NAMES = ("x", "y", "w")
 
 
 def rewritten(graph: Graph, goal: str = "processors", *, implicit: bool = True, reach: float = 2.0) -> Graph:
-    context = Context({name: Interval(-reach, reach) for name in NAMES}, goal)
+    context = PassContext({name: Interval(-reach, reach) for name in NAMES}, goal)
     for step in default_passes(implicit=implicit):
         graph = step.apply(graph, context)
         verify(graph)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cordicc.rewrite.rules.sharing import add_norm_chains
 
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules import frames
-from cordicc.rewrite.rules.sharing import add_norm_chains
 from cordicc.rewrite.search import realisations
 from tests.support.rewriting import multipliers, problem_of, same_where, searched, units
 

@@ -102,11 +102,11 @@ def test_preferred_implicit_units_come_before_every_goal(tmp_path: Path) -> None
 def search_with(problem, graph, *, preferred: bool):
     from cordicc.frontend.domain import input_intervals
     from cordicc.rewrite.cheapest import cheapest
-    from cordicc.rewrite.passes.base import Context
+    from cordicc.rewrite.passes.base import PassContext
     from cordicc.targets.target import load_target
 
     costs = Costs.of(load_target("krieger96"), implicit=True, preferred=preferred)
-    return cheapest(problem, graph, Context(input_intervals(problem), "latency"), costs).graph
+    return cheapest(problem, graph, PassContext(input_intervals(problem), "latency"), costs).graph
 
 
 def test_half_sums_of_products_of_three_angles(tmp_path: Path) -> None:

@@ -8,8 +8,7 @@ from typing import Protocol
 
 from cordicc.ir.graph import Node, Param, Value
 from cordicc.ir.meaning.enclose import Interval
-from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, rational
-from cordicc.rewrite.exact.roots import square_root_of
+from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, rational, square_root_of
 
 _LONG = 8
 """Terms of the longest elements that are not worth a generator of their own."""

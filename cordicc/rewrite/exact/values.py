@@ -7,7 +7,8 @@ its cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), as elements
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 
 import numpy as np
@@ -72,6 +73,16 @@ class Store:
             self._annotate(index)
             self.rests[index] = frozenset(self.field.touched)
         return made
+
+    @contextmanager
+    def explained(self, step: str) -> Iterator[None]:
+        """Explain new operations by a further step, besides `reason`."""
+        before = self.reason
+        self.reason = (*before, step)
+        try:
+            yield
+        finally:
+            self.reason = before
 
     def begin(self, origin: str) -> None:
         """Start on what an equation asks for; facts that are used from here on are those of its nodes."""

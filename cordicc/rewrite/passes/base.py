@@ -16,7 +16,7 @@ Ranges = Sequence[tuple[Interval | None, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Context:
+class PassContext:
     """What a pass may rest on besides the graph: the range of each input and the user's goal.
 
     `floating`: numbers have exponents, so that large values do not cost small ones their digits.
@@ -41,7 +41,7 @@ class Pass(Protocol):
         """The name for `--print-after`."""
         ...
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the rewritten graph."""
         ...
 

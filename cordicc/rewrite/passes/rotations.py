@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.passes.base import Context, Ranges, Rule, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Ranges, Rule, Site, transform
 
 _SATURATION = 20
 _FIXED_LARGE = 4
@@ -82,7 +82,7 @@ class Rotations:
 
     name: str = "rotations"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph with rotations."""
         graph = transform(graph, _quotients(context.ranges(graph), floating=context.floating))
         chosen: dict[Value, tuple[Value, int, Turned]] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.rewrite.exact.radicands import is_square_sum
-from cordicc.rewrite.passes.base import Context, Ranges, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 
 _DEPTH = 8
 
@@ -34,7 +34,7 @@ class Selections:
 
     name: str = "selections"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph without selections that are decided."""
         known = _Enclosed(graph, context.ranges(graph))
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.passes.base import Context, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Site, transform
 
 _SMALL = 2
 """The largest |sinh t| for which t is taken from an area tangent: there sinh t cosh t < 5."""
@@ -23,7 +23,7 @@ class StandardChains:
 
     name: str = "standard-chains"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph without implicit operations."""
         ranges = context.ranges(graph)
 

@@ -11,23 +11,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.exact.field import TooLarge
 from cordicc.rewrite.exact.keys import RotorKey
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.angles import angles_of, is_angle
 from cordicc.rewrite.rules.products import turned
+from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 _MOST = 8
 """Denominators of one value."""
-
-
-_REASONS = {
-    "vector": ("both arguments multiplied by their positive common denominator: the angle stays",),
-    "implicit": ("`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",),
-    "rotate": ("cosine and sine of the angle as fractions of what its unit yields: no rotation",),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +73,7 @@ class Lifting:
         if not ratio.dens:
             return
         store.begin(store.node(value).origin)
-        store.reason = ("one quotient, by the product of all denominators",)
+        COMMON_DENOMINATORS.tell(store, "quotient")
         below = ratio.dens[0]
         for den in ratio.dens[1:]:
             below = store.mul(below, den)
@@ -164,7 +160,7 @@ class Lifting:
         plain = tuple(Ratio(Value(value.node, i)) for i in range(len(node.definition.results)))
         operands = [self._done[v] for v in node.operands]
         store.begin(node.origin)
-        store.reason = _REASONS.get(node.op, ("taken over the common positive denominator",))
+        COMMON_DENOMINATORS.tell(store, node.op if node.op in COMMON_DENOMINATORS.cases else "")
         try:
             made = self._lifted(node.op, node.params, node.operands, operands)
         except (TooLarge, ZeroDivisionError):
@@ -308,3 +304,53 @@ class Lifting:
         if number:
             return Ratio(store.scale(1 / number, cosine)), Ratio(store.scale(1 / number, sine))
         return Ratio(cosine, (size,)), Ratio(sine, (size,))
+
+
+_SUBSETS = 16
+"""Sets of angles up to which all of them are tried."""
+
+
+def _lift(given: Given) -> None:
+    """Add homogeneous versions of all values, for sets of angles whose rotations are replaced."""
+    store = given.store
+    turned = sorted(
+        {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1},
+    )
+    lifted = [z for z in turned if is_angle(store, z)]
+    size = len(store.algebra.nodes)
+    own: dict[RotorKey, Value] = {}
+    for value in angles_of(store):
+        rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
+        if rotor is not None:
+            own.setdefault((rotor[0].key, rotor[1].key), value)
+    for lifting in [Lifting(store, frozenset(lifted), own)] + [
+        Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
+    ]:
+        for value in given.outputs.values():
+            lifting.realise(value)
+        for index in range(size):
+            if store.node(Value(index)).op in ("vector", "lightcone", "implicit"):
+                lifting.lift(Value(index))
+
+
+def _subsets(items: Sequence[Value]) -> list[tuple[Value, ...]]:
+    """Return all subsets, or for many items the empty, full, nearly empty and nearly full ones."""
+    if 2 ** len(items) <= _SUBSETS:
+        return [c for size in range(len(items) + 1) for c in combinations(items, size)]
+    sizes = (0, 1, len(items) - 1, len(items))
+    return [c for size in sizes for c in combinations(items, size)]
+
+
+COMMON_DENOMINATORS = Rule(
+    name="common denominators",
+    mathematics="p/d + q/e = (p e + q d)/(d e), and atan2(y/d, x/d) = atan2(y, x) for d > 0",
+    apply=_lift,
+    needs=frozenset({Need.OUTPUTS, Need.LIFTING}),
+    words="taken over the common positive denominator",
+    cases={
+        "vector": "both arguments multiplied by their positive common denominator: the angle stays",
+        "implicit": "`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",
+        "rotate": "cosine and sine of the angle as fractions of what its unit yields: no rotation",
+        "quotient": "one quotient, by the product of all denominators",
+    },
+)

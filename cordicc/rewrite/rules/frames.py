@@ -13,12 +13,15 @@ from fractions import Fraction
 from cordicc.ir.graph import Node, Value, factored
 from cordicc.ir.meaning.exact import PI
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.rule import Given, Rule
 
-_OTHER = {"+": "-", "-": "+"}
+OTHER_BRANCH = {"+": "-", "-": "+"}
+"""The branch of an equation for the mirror image of its angle."""
 
 
-def add_frames(store: Store) -> None:
+def _add_frames(given: Given) -> None:
     """Add the angles of turned vectors, and of equations with turned coefficients, as sums of angles."""
+    store = given.store
     rotations: dict[Value, list[Value]] = {}
     for index, node in enumerate(store.algebra.nodes):
         if node.op == "rotate" and node.params[0] == 1:
@@ -61,13 +64,12 @@ def _add_frame(
 ) -> None:
     x, y, turn = store.algebra.nodes[rotation].operands
     x, y = store.scale(k, x), store.scale(k, y)
-    store.reason = ("in the frame before the rotation: the angle of its unit is added",)
     if node.op == "vector":
         norm, own = store.make("vector", (x, y, store.const(0)), (1, 1))
         store.union(Value(index, 0), norm)
         angle = Value(index, 1)
     else:
-        branch = str(node.params[1]) if sign == 1 else _OTHER[str(node.params[1])]
+        branch = str(node.params[1]) if sign == 1 else OTHER_BRANCH[str(node.params[1])]
         own, rest = store.make("implicit", (y, x, node.operands[2]), (1, branch))
         store.union(Value(index, 1), rest)
         angle = Value(index, 0)
@@ -81,3 +83,11 @@ def _add_frame(
         total = store.add(total, node.operands[2])
     store.same_turn(angle, total)
     store.same_domain(angle, own)
+
+
+FRAMES = Rule(
+    name="frames",
+    mathematics="the angle of (x, y) turned by t is atan2(y, x) + t modulo 2 pi",
+    apply=_add_frames,
+    words="in the frame before the rotation: the angle of its unit is added",
+)

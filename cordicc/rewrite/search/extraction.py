@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Any
 
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.search.conditions import Requirement
 from cordicc.rewrite.search.costs import Costs, ordered
 from cordicc.rewrite.search.dominance import Lean, lean
@@ -81,7 +81,7 @@ def extract(
     requirements: Sequence[Requirement],
     zeros: frozenset[int],
     costs: Costs,
-    context: Context,
+    context: PassContext,
 ) -> Extraction | None:
     """Return the best choice found for the goal, None if none was found within the work limit.
 
