@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from cordicc.ir.graph import Param, Value
+from cordicc.ir.graph import Node, Value
 from cordicc.rewrite.exact.field import Element, Poly, TooLarge, monic
 from cordicc.rewrite.exact.keys import Key
 from cordicc.rewrite.exact.radicands import under_root
@@ -100,14 +100,14 @@ def circle_demands(store: Store, op: str, values: Sequence[Value]) -> Demands | 
     return Demands(nonzero, frozenset() if radicand is None else frozenset([radicand]), square)
 
 
-def root_demands(store: Store, op: str, params: Sequence[Param], values: Sequence[Value]) -> Demands | None:
-    """Return what the root of a hyperbolic vectoring demands."""
+def root_demands(store: Store, node: Node, values: Sequence[Value]) -> Demands | None:
+    """Return what the root of a hyperbolic vectoring of some values demands; None if it cannot be told."""
     x, y = (store.element(v) for v in values[:2])
-    if x is None or y is None or op == "implicit":
+    if x is None or y is None or node.op == "implicit":
         return None
     ring = store.field
     try:
-        element = under_root(ring, op, params, (x, y))
+        element = under_root(ring, node, (x, y))
         inside = ring.times(element.num, element.den)
         radicand = radicand_of(store, inside)
     except TooLarge:

@@ -62,10 +62,10 @@ class Site:
         return self.results[old.node][old.result]
 
 
-Rule = Callable[[Site], "tuple[Value, ...] | None"]
+NodeRule = Callable[[Site], "tuple[Value, ...] | None"]
 
 
-def transform(graph: Graph, rule: Rule) -> Graph:
+def transform(graph: Graph, rule: NodeRule) -> Graph:
     """Rebuild a graph node by node.
 
     `rule` returns the new results of an operation, or None to copy it, simplified by the algebra.

@@ -42,13 +42,13 @@ class StandardChains:
         def rule(site: Site) -> tuple[Value, ...] | None:
             if site.node.op != "implicit":
                 return None
-            m, branch = site.node.params
+            m, branch = site.node.m, site.node.branch
             if m == -1 and site.builder.constant(site.operands[1]) == 0 and small(site):
                 return _small_area_sine(site.builder, site.operands[0], site.operands[2])
             if m == -1:
-                return _hyperbolic(site.builder, str(branch), *site.operands)
+                return _hyperbolic(site.builder, branch, *site.operands)
             A, B, C = site.operands
-            return _circular(site.builder, str(branch), (A, positive(site, 0)), (B, positive(site, 1)), C)
+            return _circular(site.builder, branch, (A, positive(site, 0)), (B, positive(site, 1)), C)
 
         return transform(graph, rule)
 

@@ -20,7 +20,7 @@ def _add_sums(given: Given) -> None:
     """Add angles as sums of two others, where the sample points show a relation and rotors prove it."""
     store = given.store
     angles = [v for v in angles_of(store) if store.rotors.rotor(v) is not None]
-    angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1]
+    angles += [n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.m == 1]
     distinct: dict[RotorKey, Value] = {}
     for value in angles:
         rotor = store.rotors.rotor(value)

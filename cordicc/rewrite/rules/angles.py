@@ -15,7 +15,7 @@ def angles_of(store: Store) -> list[Value]:
     return [
         Value(index, port[node.op])
         for index, node in enumerate(store.algebra.nodes)
-        if node.op in port and node.params[0] == 1
+        if node.op in port and node.m == 1
     ]
 
 
@@ -23,5 +23,5 @@ def is_angle(store: Store, value: Value) -> bool:
     """Tell whether a value is a sum with an angle of a circular unit in it."""
     node = store.node(value)
     if node.op in ("vector", "implicit"):
-        return bool(node.params[0] == 1 and value.result == (1 if node.op == "vector" else 0))
+        return node.m == 1 and value.result == (1 if node.op == "vector" else 0)
     return node.op in SUMS and any(is_angle(store, v) for v in node.operands)

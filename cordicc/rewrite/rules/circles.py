@@ -43,7 +43,7 @@ def squared_lengths(store: Store) -> list[Element]:
     """Return the squares of the lengths of the vectors that circular units take, short and not constant."""
     found: dict[ElementKey, Element] = {}
     for node in store.algebra.nodes:
-        if node.op not in ("vector", "implicit") or node.params[0] != 1:
+        if node.op not in ("vector", "implicit") or node.m != 1:
             continue
         x, y = (store.element(v) for v in node.operands[:2])
         if x is None or y is None or max(len(x.num) + len(x.den), len(y.num) + len(y.den)) > _SHORT:
@@ -199,7 +199,7 @@ def _kept_from_zero(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...
     used = graph.used_results()
     for index in graph.live():
         node = graph.nodes[index]
-        if node.op in ("vector", "implicit") and node.params[0] == 1:
+        if node.op in ("vector", "implicit") and node.m == 1:
             if node.op == "vector" and Value(index, 1) not in used:
                 continue
             found |= (

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 
-from cordicc.ir.graph import Value
+from cordicc.ir.graph import Node, Value
 from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.exact.field import TooLarge
 from cordicc.rewrite.exact.keys import RotorKey
@@ -162,7 +162,7 @@ class Lifting:
         store.begin(node.origin)
         COMMON_DENOMINATORS.tell(store, node.op if node.op in COMMON_DENOMINATORS.cases else "")
         try:
-            made = self._lifted(node.op, node.params, node.operands, operands)
+            made = self._lifted(node, operands)
         except (TooLarge, ZeroDivisionError):
             made = None
         if made is None:
@@ -172,34 +172,33 @@ class Lifting:
                 store.union(Value(value.node, result), ratio.num)
         return made
 
-    def _lifted(
-        self, op: str, params: Sequence[object], values: Sequence[Value], operands: Sequence[Ratio]
-    ) -> tuple[Ratio, ...] | None:
-        store = self.store
-        match op:
+    def _lifted(self, node: Node, operands: Sequence[Ratio]) -> tuple[Ratio, ...] | None:
+        """Return the results of an operation, whose operands became fractions, as fractions."""
+        store, values, params = self.store, node.operands, node.params
+        match node.op:
             case "add" | "sub":
-                return (self._sum(operands[0], operands[1], 1 if op == "add" else -1),)
+                return (self._sum(operands[0], operands[1], 1 if node.op == "add" else -1),)
             case "mul":
                 return (self._product(operands[0], operands[1]),)
             case "neg" | "cmul" | "shift" | "abs":
                 inner = operands[0]
-                return (Ratio(store.make(op, (inner.num,), params)[0], inner.dens),)  # type: ignore[arg-type]
+                return (Ratio(store.make(node.op, (inner.num,), params)[0], inner.dens),)
             case "flip":
                 inner = operands[0]
                 return (Ratio(store.make("flip", (inner.num, operands[1].num))[0], inner.dens),)
-            case "rotate" if params[0] == 1 and values[2] in self._angles:
+            case "rotate" if node.m == 1 and values[2] in self._angles:
                 return self._turned((operands[0], operands[1]), self.rotor(values[2]))
-            case "rotate" if params[0] != 0:
+            case "rotate" if node.m != 0:
                 (p, q), dens = self.common(operands[:2])
-                made = store.make("rotate", (p, q, self._plain(operands[2], values[2])), params)  # type: ignore[arg-type]
+                made = store.make("rotate", (p, q, self._plain(operands[2], values[2])), params)
                 return tuple(Ratio(v, dens) for v in made)
-            case "vector" if params[0] == 0:
+            case "vector" if node.m == 0:
                 if store.constant(values[2]) != 0:
                     return None
                 return operands[0], self._quotient(operands[1], operands[0])
             case "vector":
                 (p, q), dens = self.common(operands[:2])
-                norm, angle = store.make("vector", (p, q, self._plain(operands[2], values[2])), params)  # type: ignore[arg-type]
+                norm, angle = store.make("vector", (p, q, self._plain(operands[2], values[2])), params)
                 return Ratio(norm, dens), Ratio(angle)
             case "lightcone":
                 (u, v), dens = self.common(operands)
@@ -207,7 +206,7 @@ class Lifting:
                 return Ratio(root, dens), Ratio(angle)
             case "implicit":
                 (A, B, C), dens = self.common(operands)
-                angle, rest = store.make("implicit", (A, B, C), params)  # type: ignore[arg-type]
+                angle, rest = store.make("implicit", (A, B, C), params)
                 return Ratio(angle), Ratio(rest, dens)
         return None
 
@@ -245,13 +244,13 @@ class Lifting:
             case "wrap" | "guard":
                 return self.rotor(node.operands[0])
             case "const":
-                number = Fraction(node.params[0])
+                number = node.number
                 return Ratio(store.const(fold("cos", (), (number,)))), Ratio(
                     store.const(fold("sin", (), (number,)))
                 )
-            case "vector" if node.params[0] == 1 and angle.result == 1:
+            case "vector" if node.m == 1 and angle.result == 1:
                 return self._vectored(angle)
-            case "implicit" if node.params[0] == 1 and angle.result == 0:
+            case "implicit" if node.m == 1 and angle.result == 0:
                 return self._implicit(angle)
         made = store.make("rotate", (store.const(1), store.const(0), angle), (1,))
         return Ratio(made[0]), Ratio(made[1])
@@ -280,7 +279,7 @@ class Lifting:
         start = node.operands[2]
         (x, y), _ = self.common([self._done[v] for v in node.operands[:2]])
         norm = store.make("vector", (x, y, self._plain(self._done[start], start)), node.params)[0]
-        own = Ratio(x, (norm,)), Ratio(store.scale(Fraction(int(node.params[1])), y), (norm,))
+        own = Ratio(x, (norm,)), Ratio(store.scale(Fraction(node.sign), y), (norm,))
         return own if store.constant(start) == 0 else self._turned(self.rotor(start), own)
 
     def _implicit(self, angle: Value) -> tuple[Ratio, Ratio]:
@@ -289,7 +288,7 @@ class Lifting:
         self.lift(angle)
         (A, B, C), _ = self.common([self._done[v] for v in node.operands])
         w = store.make("implicit", (A, B, C), node.params)[1]
-        w = w if node.params[1] == "-" else store.scale(Fraction(-1), w)
+        w = w if node.branch == "-" else store.scale(Fraction(-1), w)
         for zero, other, pair in ((A, B, (C, self._minus(Ratio(w)).num)), (B, A, (w, C))):
             # With one coefficient k the formula is (C, -w)/k or (w, C)/k.
             if store.constant(zero) == 0 and store.sign(other) > 0:
@@ -314,7 +313,7 @@ def _lift(given: Given) -> None:
     """Add homogeneous versions of all values, for sets of angles whose rotations are replaced."""
     store = given.store
     turned = sorted(
-        {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.params[0] == 1},
+        {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.m == 1},
     )
     lifted = [z for z in turned if is_angle(store, z)]
     size = len(store.algebra.nodes)

@@ -19,8 +19,8 @@ def _add_forms(given: Given) -> None:
     synthesis = Synthesis(store)
     for index, node in enumerate(tuple(store.algebra.nodes)):
         store.begin(node.origin)
-        if node.op == "rotate" and node.params[0] != 0:
-            m = int(node.params[0])
+        if node.op == "rotate" and node.m != 0:
+            m = node.m
             rotor = store.make("rotate", (store.const(1), store.const(0), node.operands[2]), (m,))
             x, y = node.operands[:2]
             if store.constant(x) is None and store.constant(y) is None:

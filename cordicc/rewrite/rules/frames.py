@@ -24,13 +24,13 @@ def _add_frames(given: Given) -> None:
     store = given.store
     rotations: dict[Value, list[Value]] = {}
     for index, node in enumerate(store.algebra.nodes):
-        if node.op == "rotate" and node.params[0] == 1:
+        if node.op == "rotate" and node.m == 1:
             if all(store.constant(v) is not None for v in node.operands[:2]):
                 continue  # the angle of a sine and cosine is another matter: inverse functions that cancel
             for result in range(2):
                 rotations.setdefault(store.find(Value(index, result)), []).append(Value(index, result))
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        if node.op not in ("vector", "implicit") or node.params[0] != 1:
+        if node.op not in ("vector", "implicit") or node.m != 1:
             continue
         # The vector of an equation is (B, A): B cos u + A sin u is its product with (cos u, sin u).
         legs = node.operands[:2] if node.op == "vector" else node.operands[1::-1]
@@ -69,12 +69,12 @@ def _add_frame(
         store.union(Value(index, 0), norm)
         angle = Value(index, 1)
     else:
-        branch = str(node.params[1]) if sign == 1 else OTHER_BRANCH[str(node.params[1])]
+        branch = node.branch if sign == 1 else OTHER_BRANCH[node.branch]
         own, rest = store.make("implicit", (y, x, node.operands[2]), (1, branch))
         store.union(Value(index, 1), rest)
         angle = Value(index, 0)
     total = store.add(own, turn)
-    if node.op == "vector" and node.params[1] != 1:
+    if node.op == "vector" and node.sign != 1:
         sign, quarters = -sign, -quarters
     if sign == -1:
         total = store.make("neg", (total,))[0]

@@ -14,9 +14,9 @@ def _join_areas(given: Given) -> None:
     known: dict[RotorKey, Value] = {}
     for index, node in enumerate(tuple(store.algebra.nodes)):
         value = None
-        if node.op == "rotate" and node.params[0] == -1:
+        if node.op == "rotate" and node.m == -1:
             value = node.operands[2]
-        elif node.op == "lightcone" or (node.op in port and node.params[0] == -1):
+        elif node.op == "lightcone" or (node.op in port and node.m == -1):
             value = Value(index, port[node.op])
         rotor = None if value is None else store.rotors.rotor(value, -1)
         if value is not None and rotor is not None:

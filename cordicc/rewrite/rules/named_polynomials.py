@@ -17,7 +17,7 @@ _TERMS = 6
 def name_of(store: Store, value: Value) -> str:
     """Return an input's name, else that of the equation which asked for the value."""
     node = store.node(value)
-    return str(node.params[0]) if node.op == "input" else node.origin or "constant"
+    return node.name if node.op == "input" else node.origin or "constant"
 
 
 def text_of(store: Store, poly: Poly) -> str:

@@ -14,7 +14,7 @@ def _add_norms(given: Given) -> None:
     """Add x^2 + y^2 as the square of the norm, A^2 + B^2 as w^2 + C^2; the field proves them equal."""
     store = given.store
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        if node.op not in ("vector", "implicit") or node.params[0] != 1:
+        if node.op not in ("vector", "implicit") or node.m != 1:
             continue
         store.begin(node.origin)
         root = Value(index, 0 if node.op == "vector" else 1)
@@ -34,7 +34,7 @@ def _add_norm_chains(given: Given) -> None:
     norms = [
         (Value(index), [factored(store.algebra.nodes, v) for v in node.operands[:2]])
         for index, node in enumerate(store.algebra.nodes)
-        if node.op == "vector" and node.params[0] == 1
+        if node.op == "vector" and node.m == 1
     ]
     for index, node in enumerate(tuple(store.algebra.nodes)):
         squares = _squares(store, Value(index)) if node.op == "add" else []

@@ -12,7 +12,7 @@ def _add_offsets(given: Given) -> None:
     """Add rotations by an angle and a constant as rotations by the angle alone."""
     store = given.store
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        if node.op != "rotate" or node.params[0] != 1:
+        if node.op != "rotate" or node.m != 1:
             continue
         x, y, angle = node.operands
         outer = store.node(angle)

@@ -39,14 +39,14 @@ def _add_perfect_squares(given: Given) -> None:
 
 def _radicand(store: Store, node: Node) -> Element | None:
     """Return the square of the root that an operation takes."""
-    if node.op not in ("implicit", "lightcone") and (node.op != "vector" or node.params[0] == 0):
+    if node.op not in ("implicit", "lightcone") and (node.op != "vector" or node.m == 0):
         return None
     operands = [store.element(v) for v in node.operands]
     known = [e for e in operands if e is not None]
     if len(known) < len(operands) or any(len(e.num) > LOOKUP_TERMS for e in known):
         return None
     with suppress(TooLarge):
-        return under_root(store.field, node.op, node.params, known)
+        return under_root(store.field, node, known)
     return None
 
 
@@ -84,9 +84,9 @@ def _add_angle(store: Store, synthesis: Synthesis, index: int, node: Node, q: El
     """Add the angle of an equation with one coefficient as that of a vector with the components C and |q|."""
     A, B, C = node.operands
     field, element = store.field, store.element(C)
-    cosine = store.constant(A) == 0 and node.params[1] == "+" and store.sign(B) > 0
-    sine = store.constant(B) == 0 and node.params[1] == "-" and store.sign(A) > 0
-    if node.params[0] != 1 or element is None or not (cosine or sine):
+    cosine = store.constant(A) == 0 and node.branch == "+" and store.sign(B) > 0
+    sine = store.constant(B) == 0 and node.branch == "-" and store.sign(A) > 0
+    if node.m != 1 or element is None or not (cosine or sine):
         return
     ratio = field.div(element, q)
     scale = field.div(q, Element(ratio.den, field.one))

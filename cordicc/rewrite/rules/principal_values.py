@@ -10,14 +10,14 @@ def _add_principal_values(given: Given) -> None:
     """Add the angles of circular equations with one coefficient as those of vectors."""
     store = given.store
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        if node.op != "implicit" or node.params[0] != 1:
+        if node.op != "implicit" or node.m != 1:
             continue
         A, B, C = node.operands
         rest = Value(index, 1)
         store.begin(node.origin)
-        if store.constant(A) == 0 and node.params[1] == "+" and store.sign(B) > 0:
+        if store.constant(A) == 0 and node.branch == "+" and store.sign(B) > 0:
             made, size = store.make("vector", (C, rest, store.const(0)), (1, 1)), B
-        elif store.constant(B) == 0 and node.params[1] == "-" and store.sign(A) > 0:
+        elif store.constant(B) == 0 and node.branch == "-" and store.sign(A) > 0:
             made, size = store.make("vector", (rest, C, store.const(0)), (1, 1)), A
         else:
             continue

@@ -25,7 +25,7 @@ def _roots(store: Store) -> dict[Value, Node]:
     """Return the values that are roots of a sum or product of two, with what makes them."""
     found: dict[Value, Node] = {}
     for index, node in enumerate(store.algebra.nodes):
-        if node.op == "lightcone" or (node.op == "vector" and node.params[0] == 1):
+        if node.op == "lightcone" or (node.op == "vector" and node.m == 1):
             found.setdefault(store.find(Value(index)), node)
     return found
 

@@ -13,7 +13,7 @@ def _add_chains(given: Given) -> None:
     rotors: dict[Value, tuple[Value, int]] = {}
     for index, node in enumerate(store.algebra.nodes):
         unit = node.op == "rotate" and [store.constant(v) for v in node.operands[:2]] == [1, 0]
-        if unit and node.params[0] == 1:
+        if unit and node.m == 1:
             for result in range(2):
                 rotors.setdefault(store.find(Value(index, result)), (node.operands[2], result))
     products: dict[tuple[Value, Value], dict[int, Value]] = {}

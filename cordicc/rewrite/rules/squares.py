@@ -49,7 +49,7 @@ def _add_squares_of(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...
         if node.op not in _LINEAR:
             for value in operands:
                 squares.join(value)
-        norm = node.op == "vector" and node.params[0] == 1 and Value(index, 1) not in used
+        norm = node.op == "vector" and node.m == 1 and Value(index, 1) not in used
         if norm or (node.op == "lightcone" and Value(index, 1) not in used):
             roots.append(moved[index][0])
     squares.add_roots(roots)
@@ -126,7 +126,7 @@ class Squares:
             if number is None:
                 return _product(self._linear(u), self._linear(v))
             return _scaled(self._quadratic(u), number)
-        if node.op != "vector" or node.params[0] != 1:
+        if node.op != "vector" or node.m != 1:
             return None
         total: Terms = {}
         for value in node.operands[:2]:
@@ -170,9 +170,9 @@ class Squares:
             case "neg":
                 return _scaled(expand(node.operands[0]), Fraction(-1))
             case "cmul":
-                return _scaled(expand(node.operands[0]), Fraction(node.params[0]))
-            case "shift" if Fraction(node.params[0]).denominator == 1:
-                return _scaled(expand(node.operands[0]), Fraction(2) ** int(node.params[0]))
+                return _scaled(expand(node.operands[0]), node.factor)
+            case "shift" if node.exponent.denominator == 1:
+                return _scaled(expand(node.operands[0]), Fraction(2) ** int(node.exponent))
         return {(value,): Fraction(1)}
 
     def reduced(self, terms: Terms) -> Terms:

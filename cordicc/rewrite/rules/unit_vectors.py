@@ -10,12 +10,12 @@ def _add_unit_vectors(given: Given) -> None:
     """Add the cosine and sine of each vector that is divided by its norm."""
     store = given.store
     divisors = {
-        store.find(node.operands[0])
-        for node in store.algebra.nodes
-        if node.op == "vector" and node.params[0] == 0
+        store.find(node.operands[0]) for node in store.algebra.nodes if node.op == "vector" and node.m == 0
     }
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        plain = node.op == "vector" and node.params == (1, 1) and store.constant(node.operands[2]) == 0
+        plain = (
+            node.op == "vector" and (node.m, node.sign) == (1, 1) and store.constant(node.operands[2]) == 0
+        )
         if plain and store.find(Value(index, 0)) in divisors:
             store.begin(node.origin)
             store.make("rotate", (store.const(1), store.const(0), Value(index, 1)), (1,))

@@ -32,12 +32,12 @@ def _add_sums_of_vectors(given: Given) -> None:
 def _vector(store: Store, value: Value) -> tuple[Value, Value] | None:
     """Return the vector of which a value is the angle."""
     node = store.node(value)
-    if node.op != "vector" or value.result != 1 or node.params[0] != 1:
+    if node.op != "vector" or value.result != 1 or node.m != 1:
         return None
     x, y, start = node.operands
     if store.constant(start) != 0:
         return None
-    return (x, y) if node.params[1] == 1 else (x, store.make("neg", (y,))[0])
+    return (x, y) if node.sign == 1 else (x, store.make("neg", (y,))[0])
 
 
 VECTOR_SUMS = Rule(

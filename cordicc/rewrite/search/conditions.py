@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from cordicc.ir.graph import Graph, Param, Value
+from cordicc.ir.graph import Graph, Node, Value
 from cordicc.rewrite.exact.demands import (
     Demands,
     always_solvable,
@@ -44,7 +44,7 @@ def requirements(
         if node.definition.partial:
             results = tuple(v for r, v in enumerate(moved[index]) if Value(index, r) in used)
             operands = tuple(moved[v.node][v.result] for v in node.operands)
-            found += _of_node(store, choice, offers, node.op, node.params, operands, results)
+            found += _of_node(store, choice, offers, node, operands, results)
     return list(dict.fromkeys(found))
 
 
@@ -57,12 +57,11 @@ def _offers(store: Store, choice: Alternatives) -> _Offers:
     for number, option in enumerate(choice.options):
         if option.op not in ("vector", "implicit", "lightcone"):
             continue
-        values = store.algebra.nodes[option.node].operands
-        demands = None
-        if option.op == "lightcone" or option.params[0] == -1:
-            demands = root_demands(store, option.op, option.params, values)
-        elif option.params[0] == 1:
-            demands = circle_demands(store, option.op, values)
+        node, demands = store.algebra.nodes[option.node], None
+        if node.op == "lightcone" or node.m == -1:
+            demands = root_demands(store, node, node.operands)
+        elif node.m == 1:
+            demands = circle_demands(store, node.op, node.operands)
         offers.append((number, option, demands or Demands(known=False)))
     return offers
 
@@ -71,32 +70,33 @@ def _of_node(
     store: Store,
     choice: Alternatives,
     offers: _Offers,
-    op: str,
-    params: Sequence[Param],
+    node: Node,
     operands: Sequence[Value],
     results: Sequence[Value],
 ) -> Iterable[Requirement]:
+    """Yield the conditions of a node whose operands became some values; `results` are those that are used."""
+    op = node.op
     alike = [other for v in results for other in store.domains.get(v, ())]
     wanted = [choice.class_of(v) for v in (*results, *alike)]
     same = tuple(
         (k, number)
         for number, option, _ in offers
-        if option.op == op and (not params or option.params[0] == params[0])
+        if option.op == op and (op == "lightcone" or option.m == node.m)
         for k in wanted
         if any(k in result for result in option.results)
     )
     if op == "guard":
-        subject, condition = operands[1], str(params[0])
+        subject, condition = operands[1], node.condition
         if condition != "any" and not holds(store, subject, condition):
             subject = _numerator(store, choice, subject) if condition == "nonzero" else subject
             yield Requirement((), choice.class_of(subject), condition)
         return
-    if op == "vector" and params[0] == 0:
+    if op == "vector" and node.m == 0:
         if not holds(store, operands[0], "nonzero"):
             subject = _numerator(store, choice, operands[0])
             yield Requirement(same, choice.class_of(subject), "nonzero")
         return
-    if op in ("vector", "implicit") and params[0] == 1:
+    if op in ("vector", "implicit") and node.m == 1:
         angle = results and results[0].result == (1 if op == "vector" else 0)
         angle = angle or any(v.result == 1 for v in results) or op == "implicit"
         if angle:
@@ -104,7 +104,7 @@ def _of_node(
         return
     if op == "implicit" and always_solvable(store, operands):
         return
-    demands = root_demands(store, op, params, operands)
+    demands = root_demands(store, node, operands)
     angle_used = any(v.result == 1 for v in results)
     if demands is not None and not angle_used:
         if demands.square or root_proven(store, op, operands):
@@ -150,5 +150,5 @@ def _offering(offers: _Offers, test: Callable[[Demands], bool]) -> Iterable[tupl
     """Yield (class, option) for the options whose demands pass a test; the class is that of the result."""
     for number, option, demands in offers:
         if demands.known and test(demands):
-            result = 1 if option.op == "vector" and option.params[0] == 1 else 0
+            result = 1 if option.op == "vector" and option.m == 1 else 0
             yield from ((k, number) for k in option.results[result])

@@ -122,9 +122,7 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
         6
         + OPAQUE // 2
         + sum(
-            1
-            for n in graphs[0].nodes
-            if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+            1 for n in graphs[0].nodes if n.op == "lightcone" or (n.op in ("vector", "implicit") and n.m != 0)
         )
     )
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
@@ -155,7 +153,7 @@ def _grains(graph: Graph) -> dict[Value, Fraction]:
     """Return, for values that are turned by in several multiples, the one that all are multiples of."""
     factors: dict[Value, set[Fraction]] = {}
     for node in graph.nodes:
-        if node.op == "rotate" and node.params[0] != 0:
+        if node.op == "rotate" and node.m != 0:
             factor, base = factored(graph.nodes, node.operands[2])
             if graph.node(base).op not in (*SUMS, "vector", "implicit", "lightcone", "const", "guard"):
                 factors.setdefault(base, set()).add(abs(factor))
@@ -171,7 +169,7 @@ def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
     """Make the cosine and sine of constant angles known before the numbers themselves are met."""
     for graph in graphs:
         for node in graph.nodes:
-            if node.op == "rotate" and node.params[0] == 1:
+            if node.op == "rotate" and node.m == 1:
                 for value in graph.node(node.operands[2]).operands:
                     number = graph.constant(value)
                     if number is not None:
