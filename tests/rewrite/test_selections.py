@@ -8,8 +8,7 @@ from cordicc.ir.graph import Builder, Graph, Value
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.selections import Selections
-
-from .test_rewrite import NAMES, assert_same, build, samples
+from tests.support.pass_graphs import NAMES, assert_same, build, samples
 
 
 def square(b: Builder, v: Value) -> Value:

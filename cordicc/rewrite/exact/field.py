@@ -31,13 +31,13 @@ Poly = Any
 Factors = tuple[Any, list[tuple[Poly, int]]]
 """A constant, and polynomials with their exponents."""
 
-_TERMS = 4_000
+MOST_TERMS = 4_000
 """Terms of a numerator and a denominator together; larger elements are given up."""
 
 _PRODUCT = 100_000
 """Products of terms in one multiplication."""
 
-_REDUCED = 2 * _TERMS
+_REDUCED = 2 * MOST_TERMS
 """Terms of a polynomial whose squares of roots are still written out."""
 
 _SHORT = 16
@@ -266,7 +266,7 @@ class Field:
         den = self._denominators.product(powers)
         lead = num.leading_coefficient()
         bits = int(lead.numerator).bit_length() + int(lead.denominator).bit_length()
-        if len(num) + len(den) > _TERMS or bits > _BITS:
+        if len(num) + len(den) > MOST_TERMS or bits > _BITS:
             raise TooLarge
         return Element(num, den, powers)
 

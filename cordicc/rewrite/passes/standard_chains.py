@@ -48,7 +48,7 @@ class StandardChains:
             if m == -1:
                 return _hyperbolic(site.builder, branch, *site.operands)
             A, B, C = site.operands
-            return _circular(site.builder, branch, (A, positive(site, 0)), (B, positive(site, 1)), C)
+            return circular_chain(site.builder, branch, (A, positive(site, 0)), (B, positive(site, 1)), C)
 
         return transform(graph, rule)
 
@@ -59,7 +59,7 @@ def _vector(
     return builder.apply("vector", (x, y, builder.const(0) if z is None else z), (m, sign))
 
 
-def _circular(
+def circular_chain(
     builder: Algebra, branch: str, sine: tuple[Value, bool], cosine: tuple[Value, bool], C: Value
 ) -> tuple[Value, ...]:
     """Return angle and rest; the coefficients A and B come with whether they cannot be negative."""
