@@ -15,7 +15,6 @@ from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.plan.problem_record import problem_data
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
@@ -47,7 +46,7 @@ def input_intervals(problem: Problem) -> dict[str, Interval]:
 
 def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
     """Return random inputs and corners of the ranges besides, or rows of the problem's own samples."""
-    samples = sampling.draw(problem_data(problem, []), count, 0)
+    samples = sampling.draw(problem.workspace, count, 0)
     if problem.samples is not None:
         return samples
     corners = _corners(problem)

@@ -11,7 +11,6 @@ from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import OutputSpec, Problem
-from cordicc.plan.problem_record import problem_data
 
 _PROBES = 24
 """Samples on which the two are compared."""
@@ -35,7 +34,7 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     """
     fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
     probes = max(_FEWEST, min(_PROBES, fitting))
-    samples = sampling.draw(problem_data(problem, []), probes, 1)
+    samples = sampling.draw(problem.workspace, probes, 1)
     exact, defined = evaluate(problem.graph, samples)
     moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
     tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
