@@ -6,11 +6,10 @@ import random
 from dataclasses import dataclass, field
 from typing import Any
 
-from cordicc.ir.graph import Graph
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
-from cordicc.plan.origin import PlanEquation, PlanInput, PlanOptions, PlanOutput, PlanProblem, PlanTarget
+from cordicc.plan.origin import PlanEquation, PlanOptions
 from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
-from cordicc.targets.target import load_target
+from tests.support.origins import problem_of, target_of
 
 LATENCY = {"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 3, "shift": 0, "sign": 0}
 KIND = {
@@ -83,20 +82,19 @@ class Builder:
         latency = max([ready[v] for v in outputs.values() if isinstance(v, str)], default=0)
         fifos = segments(operations, taken, ready, latency)
         words = sum(f.depth for f in fifos)
-        problem = PlanProblem(
+        problem = problem_of(
             self.name,
-            Graph((), {}),
-            self.description,
-            inputs=tuple(PlanInput(n, lo, hi, "m") for n, (lo, hi) in self.inputs.items()),
+            self.inputs,
+            outputs,
+            "m",
+            description=self.description,
+            equations=tuple(PlanEquation(t, e) for t, e in equations),
             constants={"l1": 0.4, "l2": 0.3},
-            equations=tuple(PlanEquation(target, text) for target, text in equations),
-            outputs=tuple(PlanOutput(name) for name in outputs),
             warnings=("part of the range is outside the domain, for example x = 0.1 & y < 0",),
         )
         bounds = {"processors": counts.get("standard", 0), "latency": latency, "fifo_words": words - 5}
         return Plan(
-            problem, PlanTarget("kinematic", 1e7, load_target("kinematic").machine()),
-            PlanOptions(f"{self.name}.yaml", "kinematic"), 1, latency, 44,
+            problem, target_of(), PlanOptions(target="kinematic"), 1, latency, 44,
             tuple(units), tuple(operations),
             fifos, taken, {"processors": True, "latency": True, "fifo_words": False}, bounds,
             {name: OutputAccuracy(SeenErrors(1.25e-6, 3e-7)) for name in outputs},

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cordicc.plan.model import Operand, Operation, Plan
-from cordicc.plan.origin import PlanEquation, PlanInput, PlanOutput
-from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
+from cordicc.plan.origin import PlanEquation
 from tests.support import hand_plans as plans
+from tests.support.origins import problem_of
 
 HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
 
@@ -39,13 +39,14 @@ def hostile() -> Plan:
         for op in plan.operations
     )
     outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
-    problem = replace(
-        plan.problem,
-        name=HOSTILE,
+    problem = problem_of(
+        HOSTILE,
+        {HOSTILE: (0, 1), "y": (0, 1)},
+        outputs,
+        HOSTILE,
         description=HOSTILE,
-        inputs=(PlanInput(HOSTILE, 0.0, 1.0, HOSTILE), PlanInput("y", 0.0, 1.0)),
         equations=(PlanEquation(HOSTILE, HOSTILE),),
-        outputs=tuple(PlanOutput(name) for name in outputs),
+        constants=plan.problem.constants,
         warnings=(HOSTILE,),
     )
     return replace(
@@ -54,7 +55,6 @@ def hostile() -> Plan:
         problem=problem,
         outputs=outputs,
         fifos=(),
-        accuracy={name: OutputAccuracy(SeenErrors(1.25e-6, 3e-7)) for name in outputs},
     )
 
 

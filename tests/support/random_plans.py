@@ -11,11 +11,11 @@ import numpy as np
 from hypothesis import strategies as st
 
 from cordicc.arith.numbers.formats import Signal
-from cordicc.ir.graph import Graph
 from cordicc.plan.model import Operand, Operation, Plan, Unit
-from cordicc.plan.origin import PlanInput, PlanOptions, PlanProblem, PlanTarget
+from cordicc.plan.origin import PlanOptions
 from cordicc.schedule.delays import delays
 from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, TaskValue
+from tests.support.origins import problem_of, target_of
 
 PORTS = ("x", "y", "z")
 RESULTS = ("norm", "angle")
@@ -79,11 +79,10 @@ class Flow:
                     equation="",
                 )
             )
+        outputs = {f"q{i}": self.operand(source) for i, source in enumerate(self.outputs)}
         return Plan(
-            problem=PlanProblem(
-                "random", Graph((), {}), inputs=tuple(PlanInput(name, -0.25, 0.75) for name in self.inputs)
-            ),
-            target=PlanTarget("random", 1e7, FakeArithmetic()),
+            problem=problem_of("random", dict.fromkeys(self.inputs, (-0.25, 0.75)), outputs),
+            target=target_of(),
             options=PlanOptions(),
             initiation_interval=1,
             latency_cycles=schedule.latency,
@@ -91,7 +90,7 @@ class Flow:
             units=tuple(Unit(f"u{i}", "mix", row[0]) for i, row in enumerate(self.operations)),
             operations=tuple(operations),
             fifos=fifos,
-            outputs={f"q{i}": self.operand(source) for i, source in enumerate(self.outputs)},
+            outputs=outputs,
             optimal=dict(schedule.optimal),
             bounds=dict(schedule.bounds),
         )
