@@ -73,7 +73,7 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class ResultPort:
     """A value's operation, which of its results it is, from 0, and where it leaves.
 
     Results of one position leave a shared unit on one wire, whatever the operations call its port.
@@ -115,7 +115,7 @@ class Netlist:
 
     interval: int
     latency: int
-    results: Mapping[str, Result]
+    results: Mapping[str, ResultPort]
     operands: Mapping[str, tuple[Connection, ...]]
     fifos: Mapping[str, Connection]
     outputs: Mapping[str, Connection]
@@ -166,9 +166,9 @@ class Netlist:
         return -(-self.latency // self.interval)
 
 
-def _results(plan: Plan) -> dict[str, Result]:
+def _results(plan: Plan) -> dict[str, ResultPort]:
     return {
-        value: Result(operation, position, UnitResult(operation.unit, value.rpartition(".")[2]))
+        value: ResultPort(operation, position, UnitResult(operation.unit, value.rpartition(".")[2]))
         for operation in plan.operations
         for position, value in enumerate(operation.results)
         if value is not None
@@ -176,7 +176,7 @@ def _results(plan: Plan) -> dict[str, Result]:
 
 
 def _spans(
-    plan: Plan, results: Mapping[str, Result], reading: Mapping[str, int]
+    plan: Plan, results: Mapping[str, ResultPort], reading: Mapping[str, int]
 ) -> dict[str, tuple[int, int]]:
     """Return when a word enters each FIFO and when it is read, from the cycles in which sinks read.
 
