@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Boxes, Floats
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes
 from cordicc.certify.error_network import Network, Step
 from cordicc.certify.predicates import Predicate, margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
@@ -69,7 +69,7 @@ class Bound:
 def certify(
     net: Network,
     samples: Mapping[str, Floats],
-    valid: NDArray[np.bool_],
+    valid: Bools,
     wanted: Mapping[str, float] | None = None,
 ) -> dict[str, Bound]:
     """Return the bound of every output.

@@ -14,7 +14,7 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
-from cordicc.certify.boxes import Floats
+from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import Formats
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.enclose import Interval

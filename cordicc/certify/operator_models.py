@@ -15,10 +15,10 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cordicc.base.arrays import Bools, Floats
 from cordicc.certify import unit_models
-from cordicc.certify.boxes import PI_UP, TAU_UP, Boxes, Floats, point, up
+from cordicc.certify.boxes import PI_UP, TAU_UP, Boxes, point, up
 from cordicc.certify.error_network import Step, rounding
 from cordicc.certify.unit_models import Local
 
@@ -91,7 +91,7 @@ def local(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
     return Local(made.values, made.partials, tuple(own), made.joint)
 
 
-def _beside_pi(step: Step, result: int, value: Boxes) -> NDArray[np.bool_]:
+def _beside_pi(step: Step, result: int, value: Boxes) -> Bools:
     """Tell where an angle may be so near to pi that it is not rounded to the nearest word."""
     angle = step.params.get("m") == 1 and (step.op, result) in (("vector", 1), ("implicit", 0))
     if not angle and step.op != "wrap":
@@ -148,7 +148,7 @@ def _abs(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[F
     return _plain(w[0].absolute(), (_signs(w[0]),), _zero(w))
 
 
-def _undecided(s: Boxes, square: Boxes | None, moved: Floats) -> NDArray[np.bool_]:
+def _undecided(s: Boxes, square: Boxes | None, moved: Floats) -> Bools:
     """Tell where the sign of s may change on the way from exact to computed."""
     certain = (s.lo >= 0) | (s.hi < 0)
     if square is not None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Boxes, Floats
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes
 from cordicc.certify.error_network import Network
 from cordicc.certify.predicates import Predicate, meets
 from cordicc.certify.sweep import Forward, errors, forward
@@ -33,9 +33,7 @@ def own_bounds(net: Network, outputs: Sequence[str], samples: Samples) -> dict[s
     return found
 
 
-def inside(
-    net: Network, conditions: Mapping[str, Sequence[Predicate]], samples: Samples
-) -> dict[str, NDArray[np.bool_]]:
+def inside(net: Network, conditions: Mapping[str, Sequence[Predicate]], samples: Samples) -> dict[str, Bools]:
     """Return, by output, which samples meet the conditions of its bound."""
     found = {name: np.ones(_count(samples), dtype=bool) for name in conditions}
     for block, made in _sweeps(net, samples) if any(conditions.values()) else ():

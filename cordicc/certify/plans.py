@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.certify.boxes import Floats
+from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.certificate import Bound, certify
 from cordicc.certify.error_network import Network, network
 from cordicc.certify.own_bounds import inside, own_bounds
@@ -76,7 +75,7 @@ def network_of(plan: Plan) -> Network:
     return network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
 
 
-def _spec(bound: Bound, held: NDArray[np.bool_], own: Floats) -> dict[str, Any]:
+def _spec(bound: Bound, held: Bools, own: Floats) -> dict[str, Any]:
     """Return what a plan records of a bound, given for which samples it holds and their own bounds."""
     if bound.value is None:
         return {"bound": None, "bound_reason": bound.reason}
@@ -122,7 +121,7 @@ class StatedBounds:
                     raise ValueError(f"the bound of '{name}' has a condition on '{condition.operation}'")
         return cls(net, {name: float(bound["value"]) for name, bound in stated.items()}, conditions)
 
-    def inside(self, inputs: Mapping[str, Floats]) -> dict[str, NDArray[np.bool_]]:
+    def inside(self, inputs: Mapping[str, Floats]) -> dict[str, Bools]:
         """Return, by output with a bound, which samples meet the conditions under which it holds.
 
         `inputs` are samples that are valid in the equations and in the simulation, float64 of shape (n,).

@@ -12,9 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from cordicc.base.arrays import Bools
 from cordicc.certify.error_network import Network, Step
 from cordicc.certify.operator_models import CHOOSER
 from cordicc.certify.sweep import Forward, errors
@@ -77,7 +75,7 @@ def singular(step: Step) -> bool:
     return step.op in ("vector", "lightcone", "implicit", "sign", "select")
 
 
-def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> NDArray[np.bool_]:
+def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> Bools:
     """Tell which samples meet conditions, given their forward sweep over at least what is upstream."""
     kept = ~made.empty(net.upstream(output))
     for condition in conditions:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.certify.boxes import Boxes, Floats
+from cordicc.base.arrays import Floats
+from cordicc.certify.boxes import Boxes
 from cordicc.ir.meaning.enclose import Interval
 
 _BATCH = 1536

@@ -20,11 +20,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.certify.boxes import Boxes, Floats, point, up
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes, point, up
 from cordicc.certify.error_network import Constant, Network, Step, rounding
 from cordicc.certify.operator_models import CHOOSER, local, margin_slopes, margin_square
 from cordicc.certify.unit_models import Local
@@ -42,11 +42,11 @@ class Forward:
     moved: dict[str, Floats]
     locals: dict[str, Local]
     squares: dict[str, Boxes]
-    empties: dict[str, NDArray[np.bool_]]
+    empties: dict[str, Bools]
     exact: bool
     limited: bool
 
-    def empty(self, steps: Sequence[Step]) -> NDArray[np.bool_]:
+    def empty(self, steps: Sequence[Step]) -> Bools:
         """Return the boxes that some operations show to be empty."""
         found = np.zeros(self.count, dtype=bool)
         for step in steps:
@@ -54,7 +54,7 @@ class Forward:
                 found |= self.empties[step.id]
         return found
 
-    def mark(self, step: Step, boxes: NDArray[np.bool_]) -> None:
+    def mark(self, step: Step, boxes: Bools) -> None:
         """Note that an operation shows some boxes to be empty."""
         known = self.empties.get(step.id)
         self.empties[step.id] = boxes if known is None else known | boxes
@@ -156,7 +156,7 @@ def errors(net: Network, steps: Sequence[Step], output: str, made: Forward) -> F
 
 def least_square(
     net: Network, steps: Sequence[Step], boxes: Mapping[str, Boxes], thresholds: Mapping[str, float]
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Bools]:
     """Return the least square of the last step's margin over boxes, and the empty boxes.
 
     By the enclosure, and where no choice is made on the way also by the mean value theorem from the middle

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node
 from cordicc.ir.meaning.doubles import screen
-
-Floats = NDArray[np.float64]
 
 _REASONS = {
     "div": "a division by 0",

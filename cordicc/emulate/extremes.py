@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.emulate.long_run import Outputs, Samples
@@ -14,8 +15,6 @@ from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.reference import evaluate
-
-Floats = NDArray[np.float64]
 
 _FROM_EACH = 16
 """Climbers that start from each of the worst samples."""

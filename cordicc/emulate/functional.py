@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic, is_compiled
-from cordicc.arith.numbers.formats import FloatArray, Signal
+from cordicc.arith.numbers.formats import Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -36,7 +37,7 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
 
 
 def _run(
-    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], in_range: NDArray[np.bool_]
+    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats], in_range: NDArray[np.bool_]
 ) -> Outputs:
     order = dependence_order(plan)
     formats = Formats.of(plan, arithmetic)
@@ -51,9 +52,7 @@ def _run(
     return deliver(outputs, in_range)
 
 
-def accelerated(
-    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], total: int
-) -> Arithmetic:
+def accelerated(plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats], total: int) -> Arithmetic:
     """Return the arithmetic with compiled units if that pays for `total` samples and numba is installed.
 
     The bits are the same, and the first of `samples` are run by both to see it.
@@ -87,9 +86,9 @@ def _evaluate(
     arithmetic: Arithmetic,
     formats: Formats,
     constants: Mapping[str, Signal],
-    samples: Mapping[str, FloatArray],
+    samples: Mapping[str, Floats],
     length: int,
-) -> dict[str, FloatArray]:
+) -> dict[str, Floats]:
     """Return the numbers of the outputs."""
     values = formats.encode(samples)
 

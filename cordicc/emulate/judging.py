@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import evaluate
 
-Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
 
 MOST_BEYOND = 1000

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.causes import Cause, Causes
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
@@ -22,7 +23,6 @@ from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import evaluate
 
-Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
 Outputs = Mapping[str, NDArray[Any]]
 

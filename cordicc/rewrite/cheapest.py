@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.roundings import errors
 from cordicc.ir.problem import Problem
 from cordicc.ir.well_formed import verify
-from cordicc.rewrite.numeric import Floats, Results, evaluate
+from cordicc.rewrite.numeric import Results, evaluate
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.passes.standard_chains import StandardChains

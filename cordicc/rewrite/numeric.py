@@ -9,12 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Param
-
-Floats = NDArray[np.float64]
 
 
 def _solve(m: int, branch: str, A: Floats, B: Floats, C: Floats) -> tuple[Floats, Floats]:

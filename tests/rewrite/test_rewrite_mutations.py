@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.exact import PI
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
-from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.passes import implicit_forms, standard_chains, vectorings, wraps
 from cordicc.rewrite.passes import ratio as quotients
 from cordicc.rewrite.search import conditions

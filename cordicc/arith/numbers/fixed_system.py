@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cordicc.arith.kernels.micro_rotations import Integers, shift_round
+from cordicc.arith.kernels.micro_rotations import shift_round
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.decimals import parse_decimal
 from cordicc.arith.numbers.fixed_point import (
@@ -25,8 +25,9 @@ from cordicc.arith.numbers.fixed_point import (
     FixedPoint,
     fraction_bits_for,
 )
-from cordicc.arith.numbers.formats import NumberFormat, Signal, Word
+from cordicc.arith.numbers.formats import NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.base.arrays import Integers, Words
 
 _MOST_DIGITS = 17
 WRAP_GUARD_BITS = SHIFT_LIMIT - 2 - WIDTHS.stop
@@ -107,7 +108,7 @@ class FixedSystem:
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation exactly (wrapping to 2^-6 ulp), then round to the result's format."""
         assert isinstance(result, FixedPoint)
         numbers = [_exact(operand) for operand in operands]

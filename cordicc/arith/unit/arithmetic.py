@@ -14,9 +14,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.numbers.formats import FloatArray, NumberFormat, NumberSystem, Signal
+from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.arith.unit.systems import system_from_spec
+from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
 """Implicit rules: standard micro-rotations with the target scaled by their gain, or root-free ones."""
@@ -82,7 +83,7 @@ class Arithmetic:
         return (Signal(self.system.calculate(op, params, operands, result), result),)
 
 
-_UNIT_OPERATIONS: dict[str, Callable[..., tuple[FloatArray, ...]]] = {
+_UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
     "vector": lambda cau, params, *values: cau.vector(_system(params), _unit_sign(params), *values),
     "lightcone": lambda cau, params, *values: cau.lightcone(*values),

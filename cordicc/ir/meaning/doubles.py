@@ -12,19 +12,17 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base.arrays import Bools, Floats
 from cordicc.ir.graph import Graph, Node, Param, Value
-
-Floats = NDArray[np.float64]
 
 
 def screen(
     graph: Graph,
     inputs: Mapping[str, Floats],
-    broken: Callable[[Node, NDArray[np.bool_]], None] | None = None,
-) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
+    broken: Callable[[Node, Bools], None] | None = None,
+) -> tuple[dict[str, Floats], Bools]:
     """Evaluate the outputs of a graph of equations on samples, float64 of shape (n,), in double precision.
 
     Returns the outputs, and which samples have a value in every operation of the graph.  `broken` is told
@@ -50,7 +48,7 @@ def screen(
     return {name: values[value] for name, value in graph.outputs.items()}, defined
 
 
-def _only(condition: NDArray[np.bool_], value: Floats) -> Floats:
+def _only(condition: Bools, value: Floats) -> Floats:
     return np.where(condition, value, np.nan)
 
 

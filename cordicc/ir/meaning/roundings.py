@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Param
-from cordicc.rewrite.numeric import Floats
 
 Errors = tuple[Floats, ...]
 

@@ -12,6 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.enclose import evaluate as enclose
@@ -24,7 +25,7 @@ from cordicc.rewrite.exact.keys import ElementKey
 from cordicc.rewrite.exact.polynomials import Polynomials
 from cordicc.rewrite.exact.radicands import is_square_sum, long_parts, square_root, under_root
 from cordicc.rewrite.exact.signs import Signs
-from cordicc.rewrite.numeric import Floats, results
+from cordicc.rewrite.numeric import results
 
 _CLEARLY = 1e-6
 """A value of this size, beside the largest one on the samples, is no rounding error."""

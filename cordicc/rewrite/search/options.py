@@ -12,9 +12,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Param, Value
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.passes.wraps import INSIDE
 
 _LARGEST = 2.0**96

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.ops import Level
@@ -15,7 +16,7 @@ from cordicc.ir.problem import Problem
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.numeric import Floats, evaluate
+from cordicc.rewrite.numeric import evaluate
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.passes.simplify import Simplify
 
