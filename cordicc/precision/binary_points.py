@@ -20,13 +20,13 @@ from cordicc.emulate.climb import climb, climbing
 from cordicc.frontend.domain import input_intervals, input_samples
 from cordicc.frontend.poles import example_of, place
 from cordicc.ir.graph import Graph, Value
+from cordicc.ir.meaning.doubles import all_results
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
 from cordicc.ir.ranges.subdivision import Goal, tightened
-from cordicc.rewrite import numeric
 
 Spec = dict[str, int]
 
@@ -220,7 +220,7 @@ def _climbed(
     part = Graph(graph.nodes[: value.node + 1], {"value": value})
 
     def height(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        size = np.abs(numeric.evaluate(part, columns)[value.node][value.result])
+        size = np.abs(all_results(part, columns)[value.node][value.result])
         return np.where(np.isfinite(size), size, -1.0)
 
     search = climbing(

@@ -14,6 +14,7 @@ import numpy as np
 
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Node, Param, Value, factored
+from cordicc.ir.meaning.doubles import results
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.enclose import evaluate as enclose
 from cordicc.ir.meaning.roundings import errors
@@ -25,7 +26,6 @@ from cordicc.rewrite.exact.keys import ElementKey
 from cordicc.rewrite.exact.polynomials import Polynomials
 from cordicc.rewrite.exact.radicands import is_square_sum, long_parts, square_root, under_root
 from cordicc.rewrite.exact.signs import Signs
-from cordicc.rewrite.numeric import results
 
 _CLEARLY = 1e-6
 """A value of this size, beside the largest one on the samples, is no rounding error."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Value, factored
+from cordicc.ir.meaning.doubles import all_results
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.numeric import evaluate
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.passes.simplify import Simplify
 
@@ -86,7 +86,7 @@ def sample_points(
     critical = []
     for graph in graphs:
         live = graph.live()
-        for index, results in enumerate(evaluate(graph, drawn)):
+        for index, results in enumerate(all_results(graph, drawn)):
             if index in live:
                 for result in results:
                     good &= np.isfinite(result)
