@@ -9,8 +9,9 @@ import numpy as np
 from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.boxes import Boxes
 from cordicc.certify.error_network import Network
-from cordicc.certify.predicates import Predicate, meets
+from cordicc.certify.predicates import meets
 from cordicc.certify.sweep import Forward, errors, forward
+from cordicc.plan.stated_accuracy import Predicate
 
 Samples = Mapping[str, Floats]
 """By input, float64 of shape (n,): samples that are valid in the equations and in the simulation."""
