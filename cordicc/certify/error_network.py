@@ -118,7 +118,7 @@ def network(plan: Plan) -> Network:
         turns = tuple(Value(index, result) in whole_turns for result in range(len(operation.results)))
         factor = None
         if node.op == "cmul":
-            factor = _constant(arithmetic, str(operation.params["factor"]), Fraction(node.params[0]))
+            factor = _constant(arithmetic, str(operation.params["factor"]), node.factor)
         for name, interval, free in zip(operation.results, enclosures[index], turns, strict=True):
             if name is not None and interval is not None and not free:
                 proven[name] = interval
@@ -188,7 +188,7 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
         for port, value in enumerate(node.operands):
             match node.op:
                 case "rotate":
-                    take(value, node.params[0] == 1 and port == 2)
+                    take(value, node.m == 1 and port == 2)
                 case "vector":
                     take(value, port == 2 and free)
                 case "add" | "sub" | "neg":
@@ -196,9 +196,9 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
                 case "wrap":
                     take(value, True)
                 case "cmul":
-                    take(value, free and Fraction(node.params[0]).denominator == 1)
+                    take(value, free and node.factor.denominator == 1)
                 case "shift":
-                    take(value, free and int(node.params[0]) >= 0)
+                    take(value, free and node.exponent >= 0)
                 case "guard":
                     take(value, free and port == 0)
                 case "select":

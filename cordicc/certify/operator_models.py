@@ -21,6 +21,7 @@ from cordicc.certify import unit_models
 from cordicc.certify.boxes import PI_UP, TAU_UP, Boxes, point, up
 from cordicc.certify.error_network import Step, rounding
 from cordicc.certify.unit_models import Local
+from cordicc.ir.ops import angle_result
 
 _NEAR_PI = 2.0**-7
 """More than a word, or any error of an angle for which a bound is of use."""
@@ -93,8 +94,7 @@ def local(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
 
 def _beside_pi(step: Step, result: int, value: Boxes) -> Bools:
     """Tell where an angle may be so near to pi that it is not rounded to the nearest word."""
-    angle = step.params.get("m") == 1 and (step.op, result) in (("vector", 1), ("implicit", 0))
-    if not angle and step.op != "wrap":
+    if result != angle_result(step.op, step.params) and step.op != "wrap":
         return np.array(False)
     first = (value.lo - _NEAR_PI) / math.tau - 0.5
     return np.asarray(np.ceil(first) <= (value.hi + _NEAR_PI) / math.tau - 0.5)

@@ -155,7 +155,9 @@ class _Machine:
                 f"cycle {cycle}: operands of {operation.id} do not meet, none on {', '.join(absent)}"
             )
         formats = self.formats.of_results(operation)
-        results = self._arithmetic.execute(operation.op, operation.params, operation.kind, signals, formats)
+        results = self._arithmetic.execute(
+            operation.op, operation.params, operation.kind, signals, formats, operation.angle
+        )
         return {
             name: signal
             for name, signal in zip(operation.results, results, strict=True)

@@ -102,7 +102,12 @@ def _evaluate(
     for operation in order:
         operands = [fetch(operand) for operand in operation.operands]
         results = arithmetic.execute(
-            operation.op, operation.params, operation.kind, operands, formats.of_results(operation)
+            operation.op,
+            operation.params,
+            operation.kind,
+            operands,
+            formats.of_results(operation),
+            operation.angle,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

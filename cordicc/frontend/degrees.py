@@ -32,7 +32,7 @@ def _turned(graph: Graph) -> set[str]:
         if not fine:
             other.update(node.operands)
     return {
-        str(node.params[0])
+        node.name
         for index, node in enumerate(graph.nodes)
         if node.op == "input" and Value(index) in used - other
     }

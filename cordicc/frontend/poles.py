@@ -25,7 +25,7 @@ def find_poles(problem: Problem, source: Source, samples: Mapping[str, np.ndarra
     show that it exists, and halving the line between them finds it, if the denominator does not jump.
     """
     suspects = [(node, _denominator(node)) for node in problem.graph.nodes if node.op in ("div", "tan")]
-    suspects += [(n, n.operands[0]) for n in problem.graph.nodes if n.op == "pow" and float(n.params[0]) < 0]
+    suspects += [(n, n.operands[0]) for n in problem.graph.nodes if n.op == "pow" and n.exponent < 0]
     if not suspects:
         return []
     parts = Graph(problem.graph.nodes, {str(i): value for i, (_, value) in enumerate(suspects)})

@@ -146,16 +146,17 @@ def _resolved(graph: Graph, value: Value, found: Magnitudes) -> float:
         number = graph.constant(operand)
         return abs(float(number)) if number is not None else found.values.get(operand, 0.0)
 
-    match node.op, value.result:
-        case ("vector", 1) if node.params[0] != 0:
+    angle = value.result == node.definition.angle
+    match node.op:
+        case "vector" if angle and node.m != 0:
             return 0.5
-        case ("lightcone", 1) | ("implicit", 0):
+        case "lightcone" | "implicit" if angle:
             return 0.5
-        case ("rotate", _) if node.params[0] == 1:
+        case "rotate" if node.m == 1:
             return math.hypot(*(size(operand) for operand in node.operands[:2])) / 2
-        case ("rotate", _) if node.params[0] == -1:
+        case "rotate" if node.m == -1:
             return max(found.values.get(Value(value.node, port), 0.0) for port in (0, 1))
-        case ("implicit", 1):
+        case "implicit":
             return max(size(operand) for operand in node.operands)
         case _:
             return 0.0
@@ -168,7 +169,7 @@ def _sign(column: np.ndarray) -> int:
 def _goals(graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]) -> dict[Value, Goal]:
     """Return when enclosures are tight: of outputs to the bit, of others to two; divisors without 0."""
     leaving = set(graph.outputs.values())
-    divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.params[0] == 0}
+    divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.m == 0}
     goals = {}
     for value, column in seen.items():
         reached = float(np.max(column, initial=0.0))

@@ -103,7 +103,9 @@ def test_every_unit_is_within_its_bound(name: str) -> None:
             for operand in operation.operands
         ]
         wanted = formats.of_results(operation)
-        results = arithmetic.execute(operation.op, operation.params, operation.kind, operands, wanted)
+        results = arithmetic.execute(
+            operation.op, operation.params, operation.kind, operands, wanted, operation.angle
+        )
         for result, signal in zip(operation.results, results, strict=True):
             if result is not None:
                 signals[result] = signal

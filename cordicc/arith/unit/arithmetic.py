@@ -53,6 +53,7 @@ class Arithmetic:
         kind: str,
         operands: Sequence[Signal],
         formats: Sequence[NumberFormat | None],
+        angle: int | None = None,
     ) -> tuple[Signal | None, ...]:
         """Execute an operation on words.
 
@@ -62,6 +63,7 @@ class Arithmetic:
             kind: the kind of the executing unit, which picks the CAU.
             operands: arrays of words, shape (n,) or broadcastable to it.
             formats: of each result, None for one that nobody takes.
+            angle: the number of the result that is an angle in radians, which no word takes beyond pi.
 
         Returns:
             Each result, None where nobody takes it.  Any invalid operand makes every result invalid.
@@ -74,7 +76,6 @@ class Arithmetic:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
             results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
-            angle = ANGLE_RESULT.get(op) if params.get("m") == 1 else None
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
                 for at, (v, f) in enumerate(zip(results, formats, strict=True))
@@ -91,9 +92,6 @@ _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "lightcone": lambda cau, params, *values: cau.lightcone(*values),
     "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
 }
-
-ANGLE_RESULT = {"vector": 1, "implicit": 0}
-"""Which result of a circular operation is an angle."""
 
 
 def _system(params: Mapping[str, Any]) -> int:

@@ -90,14 +90,14 @@ def _check_size(nodes: Sequence[Node], order: Sequence[int]) -> None:
 def _size(node: Node, parts: Sequence[_Size]) -> _Size:
     match node.op:
         case "const":
-            number = Fraction(node.params[0])
+            number = node.number
             return _Size(bits=number.numerator.bit_length() + number.denominator.bit_length())
         case "add" | "sub":
             return _sum(parts)
         case "mul" | "div":
             return _product(parts)
         case "pow":
-            return _power(parts[0], math.ceil(abs(Fraction(node.params[0]))))
+            return _power(parts[0], math.ceil(abs(node.exponent)))
         case "hypot":
             return _sum([_power(part, 2) for part in parts])
         case "neg" | "guard":
@@ -141,7 +141,7 @@ def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:
         args = [made[v.node] for v in node.operands]
         match node.op:
             case "const":
-                result = _rational(sympy, Fraction(node.params[0]))
+                result = _rational(sympy, node.number)
             case "add":
                 result = args[0] + args[1]
             case "sub":
@@ -153,7 +153,7 @@ def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:
             case "neg":
                 result = -args[0]
             case "pow":
-                result = args[0] ** _rational(sympy, Fraction(node.params[0]))
+                result = args[0] ** _rational(sympy, node.exponent)
             case "guard":
                 result = args[0]
             case "hypot":

@@ -7,6 +7,7 @@ from typing import Any
 
 from cordicc.ir.meaning.enclosures import ENCLOSURES
 from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.ops import OPS
 
 __all__ = ["Interval", "evaluate"]
 
@@ -30,9 +31,9 @@ def evaluate(
     """
     if op not in ENCLOSURES:
         raise ValueError(f"no enclosure for operation {op!r}")
-    names, count, function = ENCLOSURES[op]
-    values = [params[name] for name in names] if isinstance(params, Mapping) else list(params)
+    definition = OPS[op]
     if any(operand is None for operand in operands):
-        return (None,) * count
-    result = function(*values, *operands)
+        return (None,) * len(definition.results)
+    named = params if isinstance(params, Mapping) else definition.named(params)
+    result = ENCLOSURES[op](*operands, **named)
     return result if isinstance(result, tuple) else (result,)

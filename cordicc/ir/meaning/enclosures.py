@@ -53,11 +53,11 @@ def constant(value: Fraction | int | str) -> Interval:
     return Interval(*point(lambda: arb(number.numerator) / arb(number.denominator)))
 
 
-def _scaled(factor: Fraction | str, a: Interval) -> Interval:
+def _scaled(a: Interval, factor: Fraction | str) -> Interval:
     return mul(constant(factor), a)
 
 
-def _shift(exponent: int, a: Interval) -> Interval:
+def _shift(a: Interval, exponent: Fraction | int) -> Interval:
     if abs(int(exponent)) < _EXPONENTS:
         factor = math.ldexp(1.0, int(exponent))
         return mul(Interval(factor, factor), a)
@@ -87,7 +87,7 @@ def _flip(a: Interval, s: Interval) -> Interval:
     return _select(s, a, negated(a))
 
 
-def _guard(condition: str, a: Interval, s: Interval) -> Result:
+def _guard(a: Interval, s: Interval, condition: str) -> Result:
     never = {
         "any": False,
         "nonzero": s.lo == 0 == s.hi,
@@ -114,7 +114,7 @@ def _wrap(a: Interval) -> Interval:
     return moved.intersect(HALF_TURN) or HALF_TURN
 
 
-def _power(exponent: Fraction | int | str, a: Interval) -> Result:
+def _power(a: Interval, exponent: Fraction | int | str) -> Result:
     power = Fraction(exponent)
     if power.denominator == 1:
         return integer_power(a, power.numerator)
@@ -238,7 +238,7 @@ def _log(a: Interval) -> Result:
     return Interval(lo, INF if a.hi == INF else point(lambda t: t.log(), a.hi)[1])
 
 
-def _solve(m: int, branch: str, A: Interval, B: Interval, C: Interval) -> Result:
+def _solve(A: Interval, B: Interval, C: Interval, m: int, branch: str) -> Result:
     return _circular(branch, A, B, C) if int(m) == 1 else _hyperbolic(branch, A, B, C)
 
 
@@ -292,7 +292,7 @@ def _solve_pair(A1: Interval, B1: Interval, C1: Interval, A2: Interval, B2: Inte
     return None if cosine is None or sine is None else _atan2(sine, cosine)
 
 
-def _rotate(m: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Result]:
+def _rotate(x: Interval, y: Interval, z: Interval, m: int) -> tuple[Result, Result]:
     if int(m) == 0:
         return x, add(y, mul(x, z))
     if int(m) == 1:
@@ -304,12 +304,12 @@ def _rotate(m: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Resu
     grown, shrunk = mul(add(x, y), _exp(z)), mul(sub(x, y), _exp(negated(z)))
     first, second = add(mul(x, cosine), mul(y, sine)), add(mul(y, cosine), mul(x, sine))
     return (
-        first.intersect(_shift(-1, add(grown, shrunk))),
-        second.intersect(_shift(-1, sub(grown, shrunk))),
+        first.intersect(_shift(add(grown, shrunk), -1)),
+        second.intersect(_shift(sub(grown, shrunk), -1)),
     )
 
 
-def _vector(m: int, sign: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Result]:
+def _vector(x: Interval, y: Interval, z: Interval, m: int, sign: int) -> tuple[Result, Result]:
     norm: Result
     if int(m) == 1:
         norm, angle = hypot(x, y), _atan2(y, x)
@@ -325,55 +325,55 @@ def _vector(m: int, sign: int, x: Interval, y: Interval, z: Interval) -> tuple[R
 def _lightcone(u: Interval, v: Interval) -> tuple[Result, Result]:
     ratio = div(u, v)
     logarithm = None if ratio is None else _log(ratio)
-    return sqrt(mul(u, v)), None if logarithm is None else _shift(-1, logarithm)
+    return sqrt(mul(u, v)), None if logarithm is None else _shift(logarithm, -1)
 
 
-def _implicit(m: int, branch: str, A: Interval, B: Interval, C: Interval) -> tuple[Result, Result]:
-    angle = _solve(m, branch, A, B, C)
+def _implicit(A: Interval, B: Interval, C: Interval, m: int, branch: str) -> tuple[Result, Result]:
+    angle = _solve(A, B, C, m, branch)
     plus, minus = (B, C) if int(m) == 1 else (C, B)
     rest = sqrt(sub(add(square(A), square(plus)), square(minus)))
     return (None, None) if angle is None or rest is None else (angle, rest)
 
 
-ENCLOSURES: dict[str, tuple[tuple[str, ...], int, Callable[..., Any]]] = {
-    "const": (("value",), 1, constant),
-    "add": ((), 1, add),
-    "sub": ((), 1, sub),
-    "mul": ((), 1, mul),
-    "cmul": (("factor",), 1, _scaled),
-    "shift": (("exponent",), 1, _shift),
-    "neg": ((), 1, negated),
-    "abs": ((), 1, absolute),
-    "sign": ((), 1, _sign),
-    "min": ((), 1, _minimum),
-    "max": ((), 1, _maximum),
-    "flip": ((), 1, _flip),
-    "select": ((), 1, _select),
-    "guard": (("condition",), 1, _guard),
-    "wrap": ((), 1, _wrap),
-    "div": ((), 1, div),
-    "pow": (("exponent",), 1, _power),
-    "sqrt": ((), 1, sqrt),
-    "hypot": ((), 1, hypot),
-    "sin": ((), 1, _sin),
-    "cos": ((), 1, _cos),
-    "tan": ((), 1, _tan),
-    "asin": ((), 1, _asin),
-    "acos": ((), 1, _acos),
-    "atan": ((), 1, _atan),
-    "atan2": ((), 1, _atan2),
-    "sinh": ((), 1, _sinh),
-    "cosh": ((), 1, _cosh),
-    "tanh": ((), 1, lambda a: monotone(lambda t: t.tanh(), a, -1.0, 1.0)),
-    "asinh": ((), 1, lambda a: monotone(lambda t: t.asinh(), a)),
-    "acosh": ((), 1, _acosh),
-    "atanh": ((), 1, _atanh),
-    "exp": ((), 1, _exp),
-    "log": ((), 1, _log),
-    "solve": (("m", "branch"), 1, _solve),
-    "solve_pair": ((), 1, _solve_pair),
-    "rotate": (("m",), 2, _rotate),
-    "vector": (("m", "sign"), 2, _vector),
-    "lightcone": ((), 2, _lightcone),
-    "implicit": (("m", "branch"), 2, _implicit),
+ENCLOSURES: dict[str, Callable[..., Any]] = {
+    "const": constant,
+    "add": add,
+    "sub": sub,
+    "mul": mul,
+    "cmul": _scaled,
+    "shift": _shift,
+    "neg": negated,
+    "abs": absolute,
+    "sign": _sign,
+    "min": _minimum,
+    "max": _maximum,
+    "flip": _flip,
+    "select": _select,
+    "guard": _guard,
+    "wrap": _wrap,
+    "div": div,
+    "pow": _power,
+    "sqrt": sqrt,
+    "hypot": hypot,
+    "sin": _sin,
+    "cos": _cos,
+    "tan": _tan,
+    "asin": _asin,
+    "acos": _acos,
+    "atan": _atan,
+    "atan2": _atan2,
+    "sinh": _sinh,
+    "cosh": _cosh,
+    "tanh": lambda a: monotone(lambda t: t.tanh(), a, -1.0, 1.0),
+    "asinh": lambda a: monotone(lambda t: t.asinh(), a),
+    "acosh": _acosh,
+    "atanh": _atanh,
+    "exp": _exp,
+    "log": _log,
+    "solve": _solve,
+    "solve_pair": _solve_pair,
+    "rotate": _rotate,
+    "vector": _vector,
+    "lightcone": _lightcone,
+    "implicit": _implicit,
 }

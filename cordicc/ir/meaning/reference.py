@@ -85,12 +85,12 @@ def _evaluate_rounded(
     for index, node in enumerate(graph.nodes):
         first = slot[Value(index)]
         if node.op == "input":
-            columns.append((first, inputs[str(node.params[0])].tolist()))
+            columns.append((first, inputs[node.name].tolist()))
         elif node.op == "const":
-            values[first] = from_fraction(Fraction(node.params[0]))
+            values[first] = from_fraction(node.number)
         else:
             many = len(node.definition.results) > 1
-            program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
+            program.append((OPERATIONS[node.op](**node.named), [slot[v] for v in node.operands], first, many))
     shake = _shaker() if jitter else None
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
     for sample in samples:
@@ -347,7 +347,7 @@ def _lightcone(u: Real, v: Real) -> tuple[Result, Result]:
     return _sqrt(_mul(u, v)), None if angle is None else libmp.mpf_shift(angle, -1)
 
 
-_FUNCTIONS: dict[str, Callable[..., Callable[..., Any]]] = {
+OPERATIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "add": _plain(_add),
     "sub": _plain(_sub),
     "mul": _plain(_mul),
@@ -388,3 +388,4 @@ _FUNCTIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "lightcone": lambda: _lightcone,
     "implicit": _implicit,
 }
+"""Functions of the parameters by name; what they return is a function of the operands in their order."""

@@ -19,7 +19,7 @@ def value_ranges(graph: Graph, inputs: Mapping[str, Interval]) -> Enclosures:
     found: Enclosures = []
     for node in graph.nodes:
         if node.op == "input":
-            found.append((inputs[str(node.params[0])],))
+            found.append((inputs[node.name],))
         else:
             found.append(_enclosed(node, found))
     return found

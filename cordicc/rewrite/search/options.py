@@ -238,7 +238,7 @@ def _options(store: Store, classes: Classes, index: int) -> list[Option]:
         exact[2] = classes.turn(node.operands[2])
     if op == "wrap":
         exact[0] = classes.turn(node.operands[0])
-    angle = {"vector": 1, "implicit": 0}.get(op) if params and params[0] == 1 else None
+    angle = node.angle
     results = tuple((classes.exact(v), classes.turn(v)) for v in values)
     found = [Option(op, params, tuple(exact), results, index)]
     sums = op in _SUMS or (op == "cmul" and Fraction(params[0]).denominator == 1)
