@@ -40,7 +40,7 @@ from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import Plan
 from cordicc.targets.target import CAU_KINDS

@@ -17,7 +17,7 @@ from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import Formats
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ops import Level
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges

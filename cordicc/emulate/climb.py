@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 import numpy as np
 
 from cordicc.base.arrays import Floats
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 
 Points = dict[str, Floats]
 

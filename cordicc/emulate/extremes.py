@@ -13,8 +13,8 @@ from cordicc.emulate.histogram import Worst, angular
 from cordicc.emulate.long_run import Outputs, Samples
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.doubles import screen
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 
 _FROM_EACH = 16
 """Climbers that start from each of the worst samples."""
@@ -51,7 +51,7 @@ def search(
         climbing(ranges, columns, climbers=climbers, rounds=_ROUNDS, octaves=_OCTAVES),
         lambda points: heights(points, *screen(graph, points)),
     )
-    errors = heights(points, *evaluate(graph, points))
+    errors = heights(points, *reference_outputs(graph, points))
     top = int(errors.argmax())
     if not np.isfinite(errors[top]):
         return None

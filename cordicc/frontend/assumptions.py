@@ -19,7 +19,7 @@ from cordicc.frontend.reading import wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.doubles import values_of
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.problem import Assumption, InputSpec, SampleTable
 from cordicc.ir.ranges.forward import value_ranges
 

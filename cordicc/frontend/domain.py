@@ -11,8 +11,8 @@ from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
 from cordicc.frontend.poles import example_of, find_poles, place
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import OutputSpec, Problem
 from cordicc.ir.ranges.forward import value_ranges
 
@@ -72,7 +72,7 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
         op = nowhere[0].op
         message = "no input meets the condition" if op == "guard" else f"'{op}' has no value for any input"
         raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
-    _, valid = evaluate(problem.graph, samples)
+    _, valid = reference_outputs(problem.graph, samples)
     if bool(valid.all()):
         return [] if problem.samples is not None else find_poles(problem, source, samples)
     outside = int(np.argmin(valid))
@@ -104,7 +104,9 @@ def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
     Operations that have a value everywhere come last: they can only fail by the size of the number.
     """
     nodes = problem.graph.nodes
-    values, _ = evaluate(Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample)
+    values, _ = reference_outputs(
+        Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample
+    )
     for index in sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial):
         if np.isnan(values[str(index)]).any():
             return nodes[index]
@@ -117,7 +119,7 @@ def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[st
         if node.op != "solve" or node.params != (-1, "none"):
             continue
         parts = Graph(problem.graph.nodes, {"A": node.operands[0], "B": node.operands[1]})
-        coefficients, _ = evaluate(parts, samples)
+        coefficients, _ = reference_outputs(parts, samples)
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
             message = "the equation has two solutions for some inputs and needs a branch"
@@ -134,15 +136,15 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     """
     probes = _within(_WORK // 8, problem.graph, _PROBES * _SHAKES) // _SHAKES
     samples = sampling.draw(problem.workspace, probes, 1)
-    exact, defined = evaluate(problem.graph, samples)
-    moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
+    exact, defined = reference_outputs(problem.graph, samples)
+    moved = reference_outputs(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
     tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
-    values, valid = evaluate(problem.graph, tiled, jitter=True)
+    values, valid = reference_outputs(problem.graph, tiled, jitter=True)
     shaken = [
         ({n: v.reshape(_SHAKES, -1)[i] for n, v in values.items()}, valid.reshape(_SHAKES, -1)[i])
         for i in range(_SHAKES)
     ]
-    rewritten, kept = evaluate(graph, samples)
+    rewritten, kept = reference_outputs(graph, samples)
     steady = np.ones(probes, dtype=bool)
     for value, still_defined in (moved, *shaken):
         steady &= defined == still_defined

@@ -8,7 +8,7 @@ import numpy as np
 
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Span
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem
 
 _HALVINGS = 60
@@ -29,7 +29,7 @@ def find_poles(problem: Problem, source: Source, samples: Mapping[str, np.ndarra
     if not suspects:
         return []
     parts = Graph(problem.graph.nodes, {str(i): value for i, (_, value) in enumerate(suspects)})
-    values, _ = evaluate(parts, samples)
+    values, _ = reference_outputs(parts, samples)
     found = []
     left = _WORK
     for index, (node, value) in enumerate(suspects):
@@ -70,7 +70,7 @@ def _halved(graph: Graph, node: Node, ends: list[dict[str, float]]) -> dict[str,
     number = scale = 0.0
     for _ in range(_HALVINGS):
         middle = {name: (positive[name] + negative[name]) / 2 for name in positive}
-        values, _ = evaluate(graph, {name: np.array([x]) for name, x in middle.items()})
+        values, _ = reference_outputs(graph, {name: np.array([x]) for name, x in middle.items()})
         number = float(_seen(node, values["out"])[0])
         if np.isnan(number):
             return None

@@ -22,8 +22,8 @@ from cordicc.frontend.domain import input_intervals, input_samples
 from cordicc.frontend.poles import example_of, place
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.doubles import all_results
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
@@ -63,7 +63,7 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
     samples = input_samples(problem, _SAMPLES)
     inputs = {Value(index) for index, node in enumerate(graph.nodes) if node.op == "input"}
     values = [v for v in sorted(graph.used_results() | inputs) if graph.constant(v) is None]
-    columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
+    columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
     seen = {v: np.abs(columns[str(i)][valid]) for i, v in enumerate(values)}
     signs = {v: _sign(columns[str(i)][valid]) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(problem)))
@@ -238,7 +238,7 @@ def _climbed(
 
 def _peak(part: Graph, points: Mapping[str, np.ndarray]) -> tuple[float, dict[str, np.ndarray]]:
     """Return the largest magnitude of the output of a graph among points, and where it is."""
-    numbers, _ = evaluate(part, points)
+    numbers, _ = reference_outputs(part, points)
     sizes = np.nan_to_num(np.abs(numbers["value"]), nan=0.0)
     top = int(np.argmax(sizes))
     return float(sizes[top]), {name: column[top : top + 1] for name, column in points.items()}

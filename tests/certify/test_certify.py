@@ -30,8 +30,8 @@ from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.graph import Builder, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import Options, compile_file, plan_file
 from cordicc.plan.model import Plan
@@ -286,14 +286,14 @@ def test_values_and_derivatives(op: str, params: tuple, count: int) -> None:
     w = [Boxes(column, column) for column in columns]
     with np.errstate(all="ignore"):
         found = local(step, w, margin_square(step, w), [np.zeros(400)] * count)
-    middle, valid = evaluate(graph, dict(zip((f"i{k}" for k in range(count)), columns, strict=True)))
+    middle, valid = reference_outputs(graph, dict(zip((f"i{k}" for k in range(count)), columns, strict=True)))
     assert valid.sum() > 50
     for port in range(count):
         ends = []
         for side in (1, -1):
             moved = columns.copy()
             moved[port] += side * 2.0**-20
-            values, fine = evaluate(graph, {f"i{k}": moved[k] for k in range(count)})
+            values, fine = reference_outputs(graph, {f"i{k}": moved[k] for k in range(count)})
             valid &= fine
             ends.append(values)
         for k in results:

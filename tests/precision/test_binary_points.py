@@ -9,8 +9,8 @@ import pytest
 import cordicc
 from cordicc.base.diagnostics import Unattainable
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges
 from cordicc.ir.ranges.subdivision import Goal, tightened
@@ -87,7 +87,7 @@ def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) 
     graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
     values = sorted(graph.used_results())
     samples = input_samples(loaded.problem, 300)
-    columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
+    columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
     goals = {v: Goal(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(loaded.problem)))
     enclosures = tightened(graph, enclosures, goals, 20_000)

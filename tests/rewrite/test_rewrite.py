@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cordicc.ir.graph import Builder, Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ops import Level
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify
@@ -36,10 +36,10 @@ def rewritten(graph: Graph, goal: str = "processors", *, implicit: bool = True, 
 
 def assert_same(graph: Graph, samples: dict[str, np.ndarray]) -> None:
     """Compare a graph with its rewritings; values within rounding of 113 bits, validity exactly."""
-    exact, defined = evaluate(graph, samples)
+    exact, defined = reference_outputs(graph, samples)
     for implicit in (True, False):
         for goal in ("processors", "latency"):
-            value, valid = evaluate(rewritten(graph, goal, implicit=implicit), samples)
+            value, valid = reference_outputs(rewritten(graph, goal, implicit=implicit), samples)
             np.testing.assert_array_equal(valid, defined)
             for name in exact:
                 np.testing.assert_allclose(value[name][valid], exact[name][valid], rtol=1e-9, atol=1e-9)
@@ -291,14 +291,14 @@ def test_any_expression_keeps_its_meaning(expression) -> None:
     """Values and validity agree, save where the expression itself hangs on the last of 113 bits."""
     graph = build(lambda b, x, y, w: emit(b, expression))
     points = samples(12)
-    exact, defined = evaluate(graph, points)
-    shaken, still = evaluate(graph, {n: np.tile(p, SHAKES) for n, p in points.items()}, jitter=True)
+    exact, defined = reference_outputs(graph, points)
+    shaken, still = reference_outputs(graph, {n: np.tile(p, SHAKES) for n, p in points.items()}, jitter=True)
     with np.errstate(all="ignore"):
         near = np.abs(shaken["out"] - np.tile(exact["out"], SHAKES)) <= 1e-9 * (1 + np.abs(shaken["out"]))
     agree = (still == np.tile(defined, SHAKES)) & (near | ~still)
     steady = agree.reshape(SHAKES, -1).all(axis=0) & ~(np.abs(exact["out"]) > 1e12)
     for implicit in (True, False):
-        value, valid = evaluate(rewritten(graph, implicit=implicit), points)
+        value, valid = reference_outputs(rewritten(graph, implicit=implicit), points)
         np.testing.assert_array_equal(valid[steady], defined[steady])
         both = defined & steady
         np.testing.assert_allclose(value["out"][both], exact["out"][both], rtol=1e-6, atol=1e-6)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules import frames

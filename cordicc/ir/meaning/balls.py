@@ -43,7 +43,7 @@ class _Undecided(Exception):
     """A sample whose results the balls do not settle."""
 
 
-def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+def ball_outputs(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Evaluate the outputs of a graph on samples.
 
     Args:

@@ -1,9 +1,9 @@
-"""The range of every operation over intervals: the table behind `cordicc.ir.meaning.enclose.evaluate`."""
+"""The range of every operation over closed intervals, rounded outwards."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -26,6 +26,7 @@ from cordicc.ir.meaning.intervals import (
     add,
     div,
     enclose,
+    half_turns,
     hypot,
     integer_power,
     monotone,
@@ -36,11 +37,9 @@ from cordicc.ir.meaning.intervals import (
     square,
     sub,
 )
+from cordicc.ir.ops import OPS
 
 _HALF_PI_UP = PI_UP / 2
-
-_NEAR, _CLEAR = 1e5, 1e-9
-"""An angle is near, and its number of half turns clearly no integer."""
 
 _EXPONENTS = 1000
 """Powers of two to less than this are floats."""
@@ -122,23 +121,11 @@ def _power(a: Interval, exponent: Fraction | int | str) -> Result:
     return None if root is None else integer_power(root, power.numerator)
 
 
-def _half_turns(a: Interval, offset: float) -> tuple[int, int]:
-    """Return the first and the last integer that a/pi - offset, of finite a, may hold."""
-
-    def rounded(number: float, end: int, to_integer: Callable[[float], int]) -> int:
-        near = number / math.pi - offset
-        if abs(number) < _NEAR and abs(near - round(near)) > _CLEAR:
-            return to_integer(near)  # no rounding error reaches an integer
-        return to_integer(point(lambda t: t / arb.pi() - offset, number)[end])
-
-    return rounded(a.lo, 0, math.ceil), rounded(a.hi, 1, math.floor)
-
-
 def _holds_parity(a: Interval, offset: float, parity: int | None) -> bool:
     """Whether a/pi - offset may hold an integer, of that parity if one is given."""
     if math.isinf(a.lo) or math.isinf(a.hi):
         return True
-    first, last = _half_turns(a, offset)
+    first, last = half_turns(a, offset)
     if parity is not None and (first - parity) % 2:
         first += 1
     return first <= last
@@ -148,7 +135,7 @@ def _wave(function: Callable[[Any], Any], offset: float, a: Interval) -> Interva
     """Enclose sine or cosine, with maxima at (offset + 2 k) pi and minima at (offset + 2 k + 1) pi."""
     if math.isinf(a.lo) or math.isinf(a.hi):
         return UNIT
-    first, last = _half_turns(a, offset)
+    first, last = half_turns(a, offset)
     if first < last:
         return UNIT
     ends = enclose([point(function, a.lo), point(function, a.hi)])
@@ -377,3 +364,31 @@ ENCLOSURES: dict[str, Callable[..., Any]] = {
     "lightcone": _lightcone,
     "implicit": _implicit,
 }
+"""Functions of the operands in their order and of the parameters by name."""
+
+
+def result_ranges(
+    op: str, params: Mapping[str, Any] | Sequence[Any], operands: Sequence[Interval | None]
+) -> tuple[Interval | None, ...]:
+    """Enclose every result of an operation on operands in intervals.
+
+    Args:
+        op: any operation of the graph but `input`.
+        params: its parameters, by name or in the order of the operation's definition.
+        operands: an interval each, or None for one that never has a value.
+
+    Returns:
+        An interval for each result, over the operands for which it has a value; None where it has a
+        value for none of them.
+
+    Raises:
+        ValueError: unknown operation.
+    """
+    if op not in ENCLOSURES:
+        raise ValueError(f"no enclosure for operation {op!r}")
+    definition = OPS[op]
+    if any(operand is None for operand in operands):
+        return (None,) * len(definition.results)
+    named = params if isinstance(params, Mapping) else definition.named(params)
+    result = ENCLOSURES[op](*operands, **named)
+    return result if isinstance(result, tuple) else (result,)

@@ -49,7 +49,7 @@ def _mul(a: Real, b: Real) -> Real:
     return libmp.mpf_mul(a, b, *_WORKING)
 
 
-def evaluate(
+def reference_outputs(
     graph: Graph, inputs: Mapping[str, np.ndarray], *, jitter: bool = False
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Evaluate the outputs of a graph on samples.
@@ -68,7 +68,7 @@ def evaluate(
     count = len(next(iter(inputs.values()))) if inputs else 1
     results, settled = np.full((len(graph.outputs), count), np.nan), np.zeros(count, dtype=bool)
     if not jitter:
-        results, settled = balls.evaluate(graph, inputs, count)
+        results, settled = balls.ball_outputs(graph, inputs, count)
     if not settled.all():
         _evaluate_rounded(graph, inputs, np.flatnonzero(~settled).tolist(), jitter, results)
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)

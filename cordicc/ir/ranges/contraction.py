@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval, evaluate
+from cordicc.ir.meaning.enclosures import result_ranges
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import Enclosures, refreshed
 
 _ROUNDS = 3
@@ -68,9 +69,9 @@ def _narrowings(node: Node, result: Interval, enclosure: Enclose) -> Iterator[Na
         case "cmul":
             factor = node.factor
             if factor:
-                yield operands[0], evaluate("cmul", (1 / factor,), [result])[0]
+                yield operands[0], result_ranges("cmul", (1 / factor,), [result])[0]
         case "shift":
-            yield operands[0], evaluate("shift", (-node.exponent,), [result])[0]
+            yield operands[0], result_ranges("shift", (-node.exponent,), [result])[0]
         case "mul":
             a, b = operands
             if a == b:
@@ -95,7 +96,7 @@ def _narrowings(node: Node, result: Interval, enclosure: Enclose) -> Iterator[Na
 
 
 def _of(op: str, *operands: Interval) -> Interval | None:
-    return evaluate(op, (), operands)[0]
+    return result_ranges(op, (), operands)[0]
 
 
 def _signed(interval: Interval) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import Enclosures, evaluated, refreshed
 
 _LARGEST_CUT = 4

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from cordicc.ir.graph import Node, Param, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, rational
 from cordicc.rewrite.exact.roots import square_root_of
 

@@ -15,8 +15,8 @@ import numpy as np
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.ir.meaning.doubles import results
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.enclose import evaluate as enclose
+from cordicc.ir.meaning.enclosures import result_ranges as enclose
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import errors
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.exact.angle_rotors import Rotors

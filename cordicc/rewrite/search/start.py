@@ -11,7 +11,7 @@ import numpy as np
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.meaning.doubles import all_results
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
