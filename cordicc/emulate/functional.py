@@ -18,7 +18,7 @@ from cordicc.targets.target import CAU_KINDS
 _BLOCK_SAMPLES = 16384
 """Enough to hide the cost of a NumPy call, few enough for the words to stay in the cache."""
 
-_COMPILED_FROM = 20_000_000
+COMPILED_FROM = 20_000_000
 """Unit operations of a run from which loading compiled units pays."""
 
 _PROBES = 256
@@ -58,7 +58,7 @@ def accelerated(plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats
     The bits are the same, and the first of `samples` are run by both to see it.
     """
     caus = sum(operation.kind in CAU_KINDS for operation in plan.operations)
-    if total * caus < _COMPILED_FROM or not available() or is_compiled(arithmetic):
+    if total * caus < COMPILED_FROM or not available() or is_compiled(arithmetic):
         return arithmetic
     machine = compiled_arithmetic(arithmetic)
     probes = prepare(plan, {name: column[:_PROBES] for name, column in samples.items()})

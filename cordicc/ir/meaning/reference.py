@@ -70,14 +70,16 @@ def reference_outputs(
     if not jitter:
         results, settled = balls.ball_outputs(graph, inputs, count)
     if not settled.all():
-        _evaluate_rounded(graph, inputs, np.flatnonzero(~settled).tolist(), jitter, results)
+        rest = np.flatnonzero(~settled)
+        results[:, rest] = rounded_outputs(graph, inputs, rest.tolist(), jitter=jitter)
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
 
 
-def _evaluate_rounded(
-    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], jitter: bool, results: np.ndarray
-) -> None:
-    """Fill the columns of some samples in the results, by numbers of `PRECISION` bits."""
+def rounded_outputs(
+    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], *, jitter: bool = False
+) -> np.ndarray:
+    """Return the outputs on some samples rounded to `PRECISION` bits, of shape (outputs, samples)."""
+    results = np.full((len(graph.outputs), len(samples)), np.nan)
     slot = _slots(graph)
     values: list[Result] = [None] * len(slot)
     columns: list[tuple[int, list[float]]] = []
@@ -93,7 +95,7 @@ def _evaluate_rounded(
             program.append((OPERATIONS[node.op](**node.named), [slot[v] for v in node.operands], first, many))
     shake = _shaker() if jitter else None
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
-    for sample in samples:
+    for column, sample in enumerate(samples):
         for at, numbers in columns:
             values[at] = libmp.from_float(numbers[sample])
         for function, operands, at, many in program:
@@ -111,7 +113,8 @@ def _evaluate_rounded(
             result = values[at]
             if result is not None:
                 number = libmp.to_float(result, rnd="n")
-                results[row, sample] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
+                results[row, column] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
+    return results
 
 
 def _bounded(result: Result) -> Result:
