@@ -21,7 +21,7 @@ from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.search.costs import UNITS, Costs
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 
 ROOT = Path(__file__).resolve().parents[1]
 

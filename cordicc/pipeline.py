@@ -37,7 +37,8 @@ from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
 from cordicc.targets.sized import most_guard_bits
-from cordicc.targets.target import DEFAULT_TARGET, Target, load_target
+from cordicc.targets.target import DEFAULT_TARGET, Target
+from cordicc.targets.target_file import load_target
 
 if TYPE_CHECKING:
     from cordicc.backends.pictures.diagram import Diagram

@@ -74,7 +74,7 @@ def local(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
         square: of the margin's square.
         moved: how far each operand moves at most on the way from exact to computed.
     """
-    made = _MODELS[step.op](step, w, square, moved)
+    made = MODELS[step.op](step, w, square, moved)
     count = np.shape(w[0].lo)
     own = []
     for result, error in enumerate(made.own):
@@ -212,7 +212,7 @@ def _wrap(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
     return _plain(w[0].where(inside, every), (_one(w),), np.where(inside, own, own + TAU_UP))
 
 
-_MODELS: dict[str, Model] = {
+MODELS: dict[str, Model] = {
     "add": _add,
     "sub": _add,
     "mul": _mul,

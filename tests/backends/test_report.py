@@ -20,7 +20,7 @@ from cordicc.backends.report.unit_accuracy import own_errors
 from cordicc.backends.text import mathml, recognition
 from cordicc.backends.text.formulas import Formulas
 from cordicc.plan.model import Plan, Selection, Unit
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support import hand_plans as plans
 from tests.support.hard_plans import ALL, HOSTILE
 

@@ -17,7 +17,7 @@ from cordicc.ir.ranges.subdivision import Goal, tightened
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import read_problem, rewrite
 from cordicc.precision.binary_points import magnitudes
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support.paths import CORPUS
 
 DIFFERENCE = "%0 = input[name=x]\n%1 = mul(%0, %0)\n%2 = sub(%1, %0)\noutput y = %2\n"
@@ -247,7 +247,7 @@ def test_words_are_not_finer_than_the_units_that_make_them(
 @pytest.mark.parametrize("width", [10, 16, 26, 28])
 @pytest.mark.parametrize("rounding", ["half-up", "half-even", "floor"])
 def test_targets_of_other_widths(tmp_path: Path, width: int, rounding: str) -> None:
-    from cordicc.targets.target import target_text
+    from cordicc.targets.target_file import target_text
 
     text = target_text("fixed24").text.replace("width: 24", f"width: {width}")
     path = tmp_path / "mine.yaml"

@@ -13,7 +13,7 @@ from cordicc.rewrite.cheapest import Gate
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.realisations import Realisations
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
 TWO_LINKS = """

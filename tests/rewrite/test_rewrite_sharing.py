@@ -103,7 +103,7 @@ def search_with(problem, graph, *, preferred: bool):
     from cordicc.frontend.domain import input_intervals
     from cordicc.rewrite.cheapest import cheapest
     from cordicc.rewrite.passes.base import Context
-    from cordicc.targets.target import load_target
+    from cordicc.targets.target_file import load_target
 
     costs = Costs.of(load_target("krieger96"), implicit=True, preferred=preferred)
     return cheapest(problem, graph, Context(input_intervals(problem), "latency"), costs).graph

@@ -36,3 +36,12 @@ def graph_of(op: str, params: tuple[Param, ...] = ()) -> Graph:
     builder = Builder()
     made = builder.emit(op, [builder.input(f"x{i}") for i in range(OPS[op].arity)], params)
     return builder.build({f"r{i}": Value(made.node, i) for i in range(len(OPS[op].results))})
+
+
+def plan_params(op: str, params: tuple[Param, ...]) -> dict[str, int | str]:
+    """Return parameters as a plan has them, by name: a factor is a text, an exponent of a shift whole."""
+    named = OPS[op].named(params)
+    return {
+        name: f"{float(param)!r}" if name == "factor" else int(param) if op == "shift" else param
+        for name, param in named.items()
+    }
