@@ -14,9 +14,10 @@ import argparse
 import time
 from pathlib import Path
 
-from cordicc.frontend.domain import check_meaning, input_intervals
+from cordicc.frontend.domain import check_meaning
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
+from cordicc.ir.problem import input_intervals
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.passes.order import default_passes

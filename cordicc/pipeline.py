@@ -15,12 +15,12 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.observation import DEFAULT_SEED, observe, with_warnings
-from cordicc.frontend.domain import check_domain, check_meaning, input_intervals
+from cordicc.frontend.domain import check_domain, check_meaning
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.assemble import assemble
 from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
-from cordicc.frontend.poles import example_of, find_poles, place
+from cordicc.frontend.poles import find_poles
 from cordicc.ir import sampling
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs
-from cordicc.ir.problem import OutputSpec, Problem
+from cordicc.ir.problem import OutputSpec, Problem, input_intervals
 from cordicc.ir.ranges.forward import value_ranges
 
 _DOMAIN_SAMPLES = 1_000
@@ -35,16 +35,6 @@ _WORK = 400_000
 def _within(work: int, graph: Graph, samples: int) -> int:
     """Return the number of samples that keeps a check within its work, 2 * `_SHAKES` at the least."""
     return max(2 * _SHAKES, min(samples, work // max(1, len(graph.nodes))))
-
-
-def input_intervals(problem: Problem) -> dict[str, Interval]:
-    """Return an enclosure of each input's range."""
-    return {
-        spec.name: Interval(
-            math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf)
-        )
-        for spec in problem.inputs
-    }
 
 
 def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cordicc.base.diagnostics import Diagnostic, Severity, Source, Span
+from cordicc.base.diagnostics import Diagnostic, Severity, Source
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem
@@ -80,26 +81,3 @@ def _halved(graph: Graph, node: Node, ends: list[dict[str, float]]) -> dict[str,
         else:
             negative = middle
     return positive if abs(number) <= _NEARLY_ZERO * max(scale, 1e-300) else None
-
-
-def place(
-    problem: Problem,
-    source: Source,
-    equation: str,
-    code: str,
-    message: str,
-    hint: str | None = None,
-    severity: Severity = Severity.ERROR,
-) -> Diagnostic:
-    """Return a diagnostic at the line on which the equation of a name starts."""
-    line = next((e.line for e in problem.equations if e.target == equation), None)
-    if line is None:
-        return Diagnostic(code, message, None, hint, severity, source)
-    text = source.line(line)
-    span = Span(line, len(text) - len(text.lstrip(" -")) + 1, len(text) + 1)
-    return Diagnostic(code, message, span, hint, severity, source)
-
-
-def example_of(samples: Mapping[str, np.ndarray], index: int) -> str:
-    """Return a sample in words."""
-    return ", ".join(f"{name} = {column[index]:.6g}" for name, column in samples.items())

@@ -18,13 +18,13 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Unattainable
 from cordicc.emulate.climb import climb, climbing
-from cordicc.frontend.domain import input_intervals, input_samples
-from cordicc.frontend.poles import example_of, place
+from cordicc.frontend.domain import input_samples
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.doubles import all_results
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
 from cordicc.ir.ranges.subdivision import Goal, tightened

@@ -8,8 +8,7 @@ import pytest
 
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, SINGLE_PI, Signal
-from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.arith.unit.systems import system_from_spec
+from cordicc.arith.unit.arithmetic import Arithmetic, system_from_spec
 from cordicc.ir.ops import angle_result
 
 CAU = {"mantissa_bits": 32, "exponent_bits": 10, "iterations": 30}

@@ -11,7 +11,7 @@ import pytest
 from cordicc.arith.numbers.fixed_point import ROUNDINGS, Exact, FixedPoint, fraction_bits_for
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import Signal
-from cordicc.arith.unit.systems import system_from_spec
+from cordicc.arith.unit.arithmetic import system_from_spec
 
 SYSTEM = FixedSystem(24, 4)
 

@@ -81,7 +81,8 @@ def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> No
     ["planar_2r_solve", "catenary_two_supports", "double_wishbone_2d", "humanoid_leg_6dof", "lorentz_boost"],
 )
 def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) -> None:
-    from cordicc.frontend.domain import input_intervals, input_samples
+    from cordicc.frontend.domain import input_samples
+    from cordicc.ir.problem import input_intervals
 
     loaded = read_problem(CORPUS / f"{name}.yaml")
     graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Value
+from cordicc.ir.problem import input_intervals
 from cordicc.rewrite.cheapest import Gate
 from cordicc.rewrite.passes.base import Context
 from cordicc.rewrite.search.costs import Costs

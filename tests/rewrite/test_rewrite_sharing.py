@@ -100,7 +100,7 @@ def test_preferred_implicit_units_come_before_every_goal(tmp_path: Path) -> None
 
 
 def search_with(problem, graph, *, preferred: bool):
-    from cordicc.frontend.domain import input_intervals
+    from cordicc.ir.problem import input_intervals
     from cordicc.rewrite.cheapest import cheapest
     from cordicc.rewrite.passes.base import Context
     from cordicc.targets.target_file import load_target

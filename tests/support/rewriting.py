@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from cordicc.frontend.domain import check_meaning, input_intervals
+from cordicc.frontend.domain import check_meaning
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import reference_outputs
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import Context

@@ -14,9 +14,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
-from cordicc.arith.unit.systems import system_from_spec
 from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
@@ -25,6 +26,9 @@ RULES = ("single-rotation", "root-free")
 _MOST_MANTISSA_BITS = 40 + INTEGER_BITS
 _MOST_ANGLE_BITS = 44
 _FEWEST_ITERATIONS = 4
+
+_SYSTEM_KEYS = {"ieee-single": (set(), set()), "fixed-point": ({"width"}, {"guard", "rounding"})}
+"""Of a number system by its kind: keys that must be there and that may be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +131,25 @@ def _cau(kind: str, spec: Any, operand_bits: int) -> Cau:
     if rule is not None and rule not in RULES:
         raise ValueError(f"{where}.rule must be one of {', '.join(RULES)}")
     return Cau(mantissa - INTEGER_BITS, iterations, rule, operand_bits, angle)
+
+
+def system_from_spec(spec: Mapping[str, Any]) -> NumberSystem:
+    """Build a number system from its plain-data form.  Raises ValueError."""
+    kind = spec.get("kind") if isinstance(spec, Mapping) else None
+    if not isinstance(kind, str) or kind not in _SYSTEM_KEYS:
+        raise ValueError(f"the number format needs a 'kind' (known: {', '.join(_SYSTEM_KEYS)})")
+    required, optional = _SYSTEM_KEYS[kind]
+    keys = set(spec) - {"kind"}
+    if missing := sorted(required - keys):
+        raise ValueError(f"the number format {kind} lacks {', '.join(missing)}")
+    if unknown := sorted(str(key) for key in keys - required - optional):
+        raise ValueError(f"the number format {kind} has unknown keys: {', '.join(unknown)}")
+    if kind == "ieee-single":
+        return SingleSystem()
+    width, guard = spec["width"], spec.get("guard", 0)
+    if type(width) is not int or type(guard) is not int:
+        raise ValueError("the widths of a number format are integers")
+    return FixedSystem(width, guard, spec.get("rounding", "half-up"))
 
 
 def _integer(spec: Mapping[str, Any], where: str, key: str, allowed: range) -> int:
