@@ -59,7 +59,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Network:
+class ErrorNetwork:
     """The steps in order of dependence, inputs and outputs.
 
     `proven` holds enclosures of the exact values of valid samples by name.
@@ -94,7 +94,7 @@ class Network:
         return tuple(reversed(found))
 
 
-def network(plan: Plan) -> Network:
+def network(plan: Plan) -> ErrorNetwork:
     """Return the network of a plan that holds its unit program."""
     graph = plan.unit_program
     assert graph is not None
@@ -143,7 +143,7 @@ def network(plan: Plan) -> Network:
         name: _operand(arithmetic, operand, graph.constant(graph.outputs[name]))
         for name, operand in plan.outputs.items()
     }
-    return Network(tuple(steps), ranges, outputs, angles, formats, proven)
+    return ErrorNetwork(tuple(steps), ranges, outputs, angles, formats, proven)
 
 
 def _sizes(enclosures: Sequence[Interval | None], turns: Sequence[bool]) -> list[float]:

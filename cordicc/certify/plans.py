@@ -10,7 +10,7 @@ import numpy as np
 
 from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.certificate import Bound, certify
-from cordicc.certify.error_network import Network, network
+from cordicc.certify.error_network import ErrorNetwork, network
 from cordicc.certify.own_bounds import inside, own_bounds
 from cordicc.certify.predicates import OWN_BOUND, singular
 from cordicc.certify.twins import twins
@@ -86,7 +86,7 @@ def _stated(seen: SeenErrors, bound: Bound, held: Bools, own: Floats) -> OutputA
 class StatedBounds:
     """The bounds that a plan states: by output, values and conditions under which they hold."""
 
-    net: Network
+    net: ErrorNetwork
     values: Mapping[str, float]
     conditions: Mapping[str, tuple[Predicate, ...]]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cordicc.base.arrays import Bools
-from cordicc.certify.error_network import Network, Step
+from cordicc.certify.error_network import ErrorNetwork, Step
 from cordicc.certify.operator_models import CHOOSER
 from cordicc.certify.sweep import Forward, errors
 from cordicc.plan.stated_accuracy import Predicate
@@ -55,7 +55,7 @@ def singular(step: Step) -> bool:
     return step.op in ("vector", "lightcone", "implicit", "sign", "select")
 
 
-def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> Bools:
+def meets(net: ErrorNetwork, output: str, conditions: Sequence[Predicate], made: Forward) -> Bools:
     """Tell which samples meet conditions, given their forward sweep over at least what is upstream."""
     kept = ~made.empty(net.upstream(output))
     for condition in conditions:

@@ -27,7 +27,7 @@ from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
-from cordicc.ir.ranges.subdivision import Goal, tightened
+from cordicc.ir.ranges.subdivision import Tightness, tightened
 
 _SAMPLES = 400
 _WORK = 150_000
@@ -166,7 +166,9 @@ def _sign(column: np.ndarray) -> int:
     return int((column > 0).all()) - int((column < 0).all()) if column.size else 0
 
 
-def _goals(graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]) -> dict[Value, Goal]:
+def _goals(
+    graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]
+) -> dict[Value, Tightness]:
     """Return when enclosures are tight: of outputs to the bit, of others to two; divisors without 0."""
     leaving = set(graph.outputs.values())
     divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.m == 0}
@@ -176,7 +178,7 @@ def _goals(graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value,
         most = math.ldexp(1.0, math.frexp(reached)[1] + (value not in leaving)) if reached else 0.0
         divides = value in divisors
         least = float(np.min(column, initial=math.inf)) / 2 if divides else 0.0
-        goals[value] = Goal(most, signs[value] if divides else 0, least)
+        goals[value] = Tightness(most, signs[value] if divides else 0, least)
     return goals
 
 

@@ -13,7 +13,7 @@ from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.ir.ranges.subdivision import Goal, tightened
+from cordicc.ir.ranges.subdivision import Tightness, tightened
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import read_problem, rewrite
 from cordicc.precision.binary_points import magnitudes
@@ -39,7 +39,7 @@ def test_a_difference_of_dependent_values_is_tightened() -> None:
     inputs = {"x": Interval(0.0, 1.0)}
     loose = value_ranges(graph, inputs)
     assert loose[2][0] == Interval(-1.0, 1.0)
-    tight = tightened(graph, loose, {Value(2): Goal(0.25)}, 10_000)[2][0]
+    tight = tightened(graph, loose, {Value(2): Tightness(0.25)}, 10_000)[2][0]
     assert tight is not None
     assert -0.26 < tight.lo <= -0.25
     assert 0.0 <= tight.hi < 0.26
@@ -51,7 +51,7 @@ def test_a_divisor_is_tightened_away_from_zero() -> None:
         "%3 = const[value=1/2]\n%4 = add(%2, %3)\noutput y = %4\n"
     )
     loose = value_ranges(graph, {"x": Interval(0.0, 1.0)})
-    tight = tightened(graph, loose, {Value(4): Goal(0.5, 1, 0.125)}, 10_000)[4][0]
+    tight = tightened(graph, loose, {Value(4): Tightness(0.5, 1, 0.125)}, 10_000)[4][0]
     assert tight is not None
     assert tight.lo >= 0.125
 
@@ -59,7 +59,7 @@ def test_a_divisor_is_tightened_away_from_zero() -> None:
 def test_no_work_leaves_enclosures_as_they_are() -> None:
     graph = graph_of(DIFFERENCE)
     loose = value_ranges(graph, UNIT)
-    assert tightened(graph, loose, {Value(2): Goal(0.25)}, 0) == loose
+    assert tightened(graph, loose, {Value(2): Tightness(0.25)}, 0) == loose
 
 
 def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> None:
@@ -89,7 +89,7 @@ def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) 
     values = sorted(graph.used_results())
     samples = input_samples(loaded.problem, 300)
     columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
-    goals = {v: Goal(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
+    goals = {v: Tightness(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(loaded.problem)))
     enclosures = tightened(graph, enclosures, goals, 20_000)
     for i, value in enumerate(values):

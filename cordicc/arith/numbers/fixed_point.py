@@ -27,7 +27,7 @@ SHIFT_LIMIT = 62
 """Integers of an int64 array stay below 2^`SHIFT_LIMIT`; wider ones are Python's, in object arrays."""
 
 
-class Exact(NamedTuple):
+class ScaledIntegers(NamedTuple):
     """Integers m that stand for m 2^-fraction, and where they are valid."""
 
     mantissa: NDArray[Any]
@@ -111,11 +111,11 @@ class FixedPoint:
         numbers = np.ldexp(np.asarray(words).astype(np.float64), -self.fraction_bits)
         return np.where(np.asarray(words) == self.invalid_word, np.nan, numbers)
 
-    def exact(self, words: Words) -> Exact:
+    def exact(self, words: Words) -> ScaledIntegers:
         """Return words as integers with their validity."""
-        return Exact(words, self.fraction_bits, np.asarray(words) != self.invalid_word)
+        return ScaledIntegers(words, self.fraction_bits, np.asarray(words) != self.invalid_word)
 
-    def rounded(self, number: Exact) -> Words:
+    def rounded(self, number: ScaledIntegers) -> Words:
         """Round integers of any scale once; beyond the range they become invalid."""
         mantissa, down = number.mantissa, number.fraction - self.fraction_bits
         if down > 0:
@@ -130,7 +130,7 @@ class FixedPoint:
         inside = number.valid & np.asarray(np.abs(mantissa) <= self.largest_word, dtype=bool)
         return np.where(inside, mantissa, self.invalid_word).astype(np.int64)
 
-    def rounded_angle(self, number: Exact) -> Words:
+    def rounded_angle(self, number: ScaledIntegers) -> Words:
         """Round angles in radians as `rounded` does, but from at most pi to at most pi."""
         values = np.ldexp(number.mantissa.astype(np.float64), -number.fraction)
         return self._within_pi(self.rounded(number), values)

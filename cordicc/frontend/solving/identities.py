@@ -35,7 +35,7 @@ MAX_MULTIPLE = 64
 _NOISE = Fraction(1, 1 << 150)  # constants are rounded to 256 bits
 
 
-class Verdict(Enum):
+class ZeroProof(Enum):
     """What came of a proof."""
 
     ZERO = "zero"
@@ -47,7 +47,7 @@ class _TooLarge(Exception):
     """A step would exceed a budget."""
 
 
-def verdict(nodes: Sequence[Node], order: Sequence[int]) -> Verdict:
+def verdict(nodes: Sequence[Node], order: Sequence[int]) -> ZeroProof:
     """Return whether the last of some nodes, which are in order, is proven to be zero where it exists."""
     try:
         _check_size(nodes, order)
@@ -55,8 +55,8 @@ def verdict(nodes: Sequence[Node], order: Sequence[int]) -> Verdict:
 
         found = _vanishes(sympy, _to_sympy(sympy, nodes, order))
     except (_TooLarge, RecursionError):
-        return Verdict.TOO_LARGE
-    return Verdict.ZERO if found else Verdict.OPEN
+        return ZeroProof.TOO_LARGE
+    return ZeroProof.ZERO if found else ZeroProof.OPEN
 
 
 # -- the size of an expression before it is made --------------------------------------------------

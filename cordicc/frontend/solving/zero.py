@@ -10,7 +10,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from cordicc.base.arrays import Floats
-from cordicc.frontend.solving.identities import Verdict, verdict
+from cordicc.frontend.solving.identities import ZeroProof, verdict
 from cordicc.ir.graph import Builder, Node, Value
 from cordicc.ir.meaning.doubles import value_of
 
@@ -119,6 +119,6 @@ class ZeroTest:
 
     def _is_proven(self, value: Value) -> bool:
         found = verdict(self.builder.nodes, cone(self.builder.nodes, value))
-        if found is Verdict.TOO_LARGE:
+        if found is ZeroProof.TOO_LARGE:
             self.given_up[value] = self.builder.origin
-        return found is Verdict.ZERO
+        return found is ZeroProof.ZERO
