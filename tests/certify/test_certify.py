@@ -180,7 +180,7 @@ def test_no_input_of_a_small_format_is_beyond(tmp_path: Path) -> None:
         half = math.ldexp(1.0, -plan.formats.values[item.name].fraction - 1)
         grids.append(np.arange(math.ceil(item.lo / half), math.floor(item.hi / half) + 1) * half)
     columns = np.meshgrid(*grids)
-    points = {item.name: c.ravel() for item, c in zip(plan.problem.inputs, columns, strict=True)}
+    points = {name: c.ravel() for name, c in zip(plan.problem.input_names, columns, strict=True)}
     simulated = functional.run(plan, plan.arithmetic, points)
     some = {name: column[::7] for name, column in points.items()}
     values, defined = exact(plan.problem, some)
@@ -344,7 +344,7 @@ def test_max_error_is_met_with_wider_words(tmp_path: Path, error: str, width: in
     assert bound.value is not None
     assert bound.value <= float(error)
     assert not bound.where
-    assert plan.arithmetic.system.spec()["width"] == width
+    assert plan.arithmetic.spec["format"]["width"] == width
 
 
 def test_max_error_that_no_words_meet(tmp_path: Path) -> None:
