@@ -55,6 +55,11 @@ class Node:
         return angle_result(self.op, self.named)
 
     @property
+    def hyperbolic_angle(self) -> int | None:
+        """Return the number of the result that is a hyperbolic angle, None if none is."""
+        return angle_result(self.op, self.named, -1)
+
+    @property
     def name(self) -> str:
         """Return the name of an input."""
         return cast(str, self.param("name"))

@@ -118,12 +118,14 @@ GUARD_CONDITIONS = ("any", "nonzero", "nonnegative", "positive")
 BRANCHES = ("+", "-", "none")
 
 
-def angle_result(op: str, params: Mapping[str, Any]) -> int | None:
-    """Return the number of the result that is an angle in radians, None if none is.
+def angle_result(op: str, params: Mapping[str, Any], m: int = 1) -> int | None:
+    """Return the number of the result that is an angle in a coordinate system, None if none is.
 
     Args:
         op: the name of an operation.
-        params: its parameters by name, m among them if it has one.
+        params: its parameters by name.
+        m: the system; angles in the circular one are in radians.
     """
     definition = OPS[op]
-    return definition.angle if params.get("m", -1 if definition.hyperbolic else 1) == 1 else None
+    own = params.get("m", -1 if definition.hyperbolic else 1)
+    return definition.angle if own == m else None
