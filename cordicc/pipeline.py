@@ -15,12 +15,12 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.observation import DEFAULT_SEED, observe, with_warnings
-from cordicc.frontend.domain import check_domain, input_intervals
+from cordicc.frontend.domain import check_domain
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.assemble import assemble
 from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes
@@ -38,7 +38,8 @@ from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
 from cordicc.targets.sized import most_guard_bits
-from cordicc.targets.target import DEFAULT_TARGET, Target, load_target
+from cordicc.targets.target import DEFAULT_TARGET, Target
+from cordicc.targets.target_file import load_target
 
 if TYPE_CHECKING:
     from cordicc.backends.pictures.diagram import Diagram

@@ -140,7 +140,7 @@ def compile_command(
     from cordicc.plan.file import summary
     from cordicc.schedule.request import Limits, interval_for
     from cordicc.schedule.solver.engine import Effort
-    from cordicc.targets.target import load_target
+    from cordicc.targets.target_file import load_target
 
     names = pipeline.pass_names()
     if print_after is not None and print_after not in (*names, "all"):
@@ -351,7 +351,7 @@ def targets(name: str | None) -> None:
     cordicc targets kinematic > mine.yaml
     """  # noqa: D301
     from cordicc.base.text_tables import Facts, Sheet
-    from cordicc.targets.target import load_target, shipped_targets, target_text
+    from cordicc.targets.target_file import load_target, shipped_targets, target_text
 
     if name is not None:
         load_target(name)

@@ -20,7 +20,7 @@ from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import functional
 from cordicc.plan.model import Operand, Plan
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support.c_models import (
     SANITIZED,
     Generator,
