@@ -14,7 +14,7 @@ from cordicc.base.text_tables import Sheet
 from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
 from cordicc.cli.simulate import Run, again, dumped, print_told
-from cordicc.emulate.expected import TOLERANCE, Allowed, Verdict, check_golden
+from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
 from cordicc.emulate.long_run import Samples
 from cordicc.emulate.observation import angles_of
 from cordicc.emulate.sample_tables import Columns, read_table
@@ -92,7 +92,7 @@ def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
     return allowed
 
 
-def _verdict_sheet(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | None]) -> Sheet:
+def _verdict_sheet(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None]) -> Sheet:
     agrees = "as expected" if verdict.agrees else "not as expected"
     title = f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"
     lines = []
@@ -124,7 +124,7 @@ def _stated(limit: _Limit | None) -> float | None:
     return limit.elsewhere if limit.proven is None else limit.proven
 
 
-def _verdict_json(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | None]) -> str:
+def _verdict_json(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None]) -> str:
     keys = ("row", "output", "simulated", "expected", "allowed")
     outputs = {
         name: {

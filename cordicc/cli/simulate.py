@@ -21,8 +21,8 @@ from cordicc.certify.plans import StatedBounds, network_of
 from cordicc.cli.console import Progress, show
 from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Errors, Worst
-from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
-from cordicc.emulate.long_run import REFERENCE_SAMPLES, Report, Samples, run_parts
+from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
+from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, Samples, run_parts
 from cordicc.emulate.observation import DEFAULT_SAMPLES, angles_of, machine_of, reference_samples
 from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
@@ -126,7 +126,7 @@ def run_samples(
             graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
             precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
-            limits = None if stated is None else Limits(stated.values, stated.inside)
+            limits = None if stated is None else ConditionalBounds(stated.values, stated.inside)
             report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
@@ -233,7 +233,7 @@ def _only_run(
 
 
 def _search(
-    plan: Plan, report: Report, simulate: Callable[[Samples], dict[str, Any]]
+    plan: Plan, report: RunFindings, simulate: Callable[[Samples], dict[str, Any]]
 ) -> dict[str, Worst | None] | None:
     """Search for larger errors of each output; None where inputs depend on one another."""
     if plan.problem.get("samples"):
@@ -255,7 +255,7 @@ def dumped(data: Mapping[str, Any]) -> str:
     return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
-def _json(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> str:
+def _json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> str:
     data = comparison_data(plan, report.comparison)
     data |= {"referenced": report.referenced, "screened": report.screened}
     data["undefined"] = [
@@ -289,7 +289,7 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
     return {"error": worst.error, "sample": worst.sample, "inputs": worst.inputs}
 
 
-def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None, details: bool) -> Sheet:
+def _sheet(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None, details: bool) -> Sheet:
     judged = {} if report.judgement is None else report.judgement.found
     sheet = comparison_sheet(plan, report.comparison, judged)
     lines = [
@@ -310,7 +310,7 @@ def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None,
     return replace(sheet, blocks=(*sheet.blocks, *lines))
 
 
-def _details(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> list[str]:
+def _details(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> list[str]:
     """Return lines with the histogram and the worst inputs of each output."""
     lines: list[str] = []
     angles = angles_of(plan.problem)
@@ -332,7 +332,9 @@ def _bars(errors: Errors, unit: str) -> list[str]:
     return lines
 
 
-def _worst_lines(name: str, report: Report, found: Mapping[str, Worst | None] | None, unit: str) -> list[str]:
+def _worst_lines(
+    name: str, report: RunFindings, found: Mapping[str, Worst | None] | None, unit: str
+) -> list[str]:
     """Return a line for each of the worst samples, and for what the search found."""
     worst = list(report.worst[name])
     top = None if found is None else found[name]

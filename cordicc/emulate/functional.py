@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic, is_compiled
 from cordicc.arith.numbers.formats import FloatArray, Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.emulate.ports import Outputs, PortFormats, constant_signal, deliver, prepare
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
 
@@ -39,7 +39,7 @@ def _run(
     plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], in_range: NDArray[np.bool_]
 ) -> Outputs:
     order = dependence_order(plan)
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     constants = _constants(plan, arithmetic)
     outputs = {name: np.empty(in_range.size) for name in plan.outputs}
     for begin in range(0, in_range.size, _BLOCK_SAMPLES):
@@ -85,7 +85,7 @@ def _evaluate(
     plan: Plan,
     order: Sequence[Operation],
     arithmetic: Arithmetic,
-    formats: Formats,
+    formats: PortFormats,
     constants: Mapping[str, Signal],
     samples: Mapping[str, FloatArray],
     length: int,

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.plan.model import Operation, Plan, dependence_order
 
 
 def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float]) -> Operation | None:
     """Return the first operation that makes an invalid word from valid ones; None if none does."""
     samples, _ = prepare(plan, {name: np.array([number]) for name, number in sample.items()})
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     signals = formats.encode(samples)
     for operation in dependence_order(plan):
         operands = [

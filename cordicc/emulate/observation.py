@@ -100,7 +100,7 @@ def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -
     return accuracy.compare(exact(plan.problem, inputs), angles_of(plan.problem), outputs)
 
 
-def exact(problem: Mapping[str, Any], inputs: Mapping[str, Any]) -> accuracy.Exact:
+def exact(problem: Mapping[str, Any], inputs: Mapping[str, Any]) -> accuracy.ReferenceOutputs:
     """Return what the equations as written say of samples."""
     return accuracy.exact(parse_graph(problem["program"], "plan.json"), inputs)
 

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
-from cordicc.studies.sequence_search import Outcome, Task, run
+from cordicc.studies.sequence_search import Outcome, SearchTask, run
 
 _PARTS = 16
 """Parts that travel together: some milliseconds of work each, as a task of its own costs one."""
@@ -20,7 +20,7 @@ _PARTS = 16
 _CONNECT_SECONDS = 10
 
 
-def outcomes(parts: Sequence[Task], address: str) -> Iterator[Outcome]:
+def outcomes(parts: Sequence[SearchTask], address: str) -> Iterator[Outcome]:
     """Run the parts on the cluster of a scheduler and yield what they find, in the order of the parts.
 
     Raises:
@@ -77,7 +77,7 @@ def _try_out(client: Any, address: str) -> None:
         raise _invalid(f"the cluster at {address} cannot import the search", hint) from error
 
 
-def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[Task]]) -> Iterator[list[Outcome]]:
+def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[SearchTask]]) -> Iterator[list[Outcome]]:
     if sum(client.ncores().values()) == 1:  # joblib would not send anything to a single core
         for future in client.map(run_all, bundles):
             yield future.result()
@@ -87,7 +87,7 @@ def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[Task]]) -> Ite
         yield from parallel(joblib.delayed(run_all)(bundle) for bundle in bundles)
 
 
-def run_all(parts: Sequence[Task]) -> list[Outcome]:
+def run_all(parts: Sequence[SearchTask]) -> list[Outcome]:
     """Search some parts: what a worker is sent."""
     return [run(part) for part in parts]
 

@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import Signal
 from cordicc.backends.c import c_model
+from cordicc.backends.c.c_arithmetic import COperand
 from cordicc.backends.c.c_names import comment, identifiers
-from cordicc.backends.c.c_words import Term
 from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import functional
@@ -104,11 +104,11 @@ def test_sums_of_far_binary_points_fit_and_round_once(seed: int) -> None:
     a, b, to = (
         system.format({"width": 28, "fraction": int(f)}) for f in (0, spread, int(rng.integers(-40, 160)))
     )
-    words = c_model.FixedWords(system)
+    words = c_model.CFixedPoint(system)
     names = {"a": a, "b": b}
     order = ["a", "b"] if rng.random() < 0.5 else ["b", "a"]
     op = str(rng.choice(["add", "sub"]))
-    expression = words.calculate(op, {}, [Term(n, names[n]) for n in order], to)
+    expression = words.calculate(op, {}, [COperand(n, names[n]) for n in order], to)
     for _ in range(60):
         values = {n: int(rng.integers(-(2**27) + 1, 2**27) >> rng.integers(0, 27)) for n in "ab"}
         signals = [Signal(np.array([values[n]]), names[n]) for n in order]
