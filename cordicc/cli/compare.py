@@ -13,7 +13,8 @@ from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
-from cordicc.cli.simulate import Run, again, dumped, print_told
+from cordicc.cli.sample_run import SampleRun, again
+from cordicc.cli.simulation_text import dumped, print_told
 from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
 from cordicc.emulate.long_run import Samples
 from cordicc.emulate.observation import angles_of
@@ -24,7 +25,7 @@ _MARGIN = 2.0
 """Times the largest error observed is allowed where no bound holds."""
 
 
-def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | None) -> int:
+def check_expected(run: SampleRun, inputs: Path, expected: Path, tolerance: float | None) -> int:
     """Compare the outputs with expected ones, print the worst rows, return the exit status: 1 if any differs.
 
     Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else what is

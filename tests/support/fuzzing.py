@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from cordicc import pipeline
+from cordicc.artefacts import artefacts
 from cordicc.base.codes import CODES
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate import cycle, functional
@@ -24,6 +25,7 @@ from cordicc.emulate.observation import machine_of
 from cordicc.expressions.syntax import FUNCTIONS
 from cordicc.ir import sampling
 from cordicc.plan.file import dump, parse
+from cordicc.readback import check_plan
 
 Text = str
 
@@ -328,9 +330,9 @@ def compiled(text: Text) -> str:
 
     def use(path: Path) -> str:
         plan = pipeline.compile_file(path, pipeline.Options()).plan
-        files = pipeline.artefacts(plan)
+        files = artefacts(plan)
         again = parse(files["plan.json"], "plan.json")
-        pipeline.check_plan(again, "plan.json")
+        check_plan(again, "plan.json")
         assert dump(again) == files["plan.json"]
         return "ok"
 
@@ -340,7 +342,7 @@ def compiled(text: Text) -> str:
 def loaded(text: Text) -> str:
     """The text of a plan is refused, or the plan can be run both ways, drawn and written again."""
     try:
-        plan = pipeline.check_plan(parse(text, "plan.json"), "plan.json")
+        plan = check_plan(parse(text, "plan.json"), "plan.json")
     except InvalidInput as error:
         return told(error)
     inputs = sampling.draw(plan.problem, 3, 0)
@@ -348,7 +350,7 @@ def loaded(text: Text) -> str:
     first, second = functional.run(plan, machine, inputs), cycle.run(plan, machine, inputs)
     for name in plan.outputs:
         assert first[name].tobytes() == second[name].tobytes(), name
-    pipeline.artefacts(plan)
+    artefacts(plan)
     return "ok"
 
 
