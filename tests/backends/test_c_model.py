@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import Signal
@@ -17,11 +16,11 @@ from cordicc.backends.c import c_model
 from cordicc.backends.c.c_arithmetic import COperand
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.base.diagnostics import Unattainable
-from cordicc.cli.main import main
 from cordicc.emulate import functional
 from cordicc.emulate.observation import machine_of
 from cordicc.plan.model import Operand, Plan
 from cordicc.targets.target import load_target
+from tests.support import command_line
 from tests.support.c_models import (
     SANITIZED,
     Generator,
@@ -259,7 +258,7 @@ def reader(factory: pytest.TempPathFactory) -> Path:
 
 def test_emit_c_writes_the_model_beside_the_plan(tmp_path: Path) -> None:
     problem = EXAMPLES / "planar_2r.yaml"
-    done = CliRunner().invoke(main, ["compile", str(problem), "--emit", "c", "-o", str(tmp_path)])
+    done = command_line.run("compile", problem, "--emit", "c", "-o", tmp_path)
     assert done.exit_code == 0, done.output
     assert "planar_2r.c, planar_2r.h" in done.output
     assert {"plan.json", "planar_2r.c", "planar_2r.h"} <= {path.name for path in tmp_path.iterdir()}

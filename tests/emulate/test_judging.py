@@ -17,7 +17,7 @@ from cordicc.emulate.long_run import run_parts
 from cordicc.emulate.observation import angles_of, machine_of
 from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from tests.cli.test_cli import run
+from tests.support.command_line import run
 
 TEXT = """\
 name: singular

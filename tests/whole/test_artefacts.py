@@ -1,0 +1,45 @@
+"""The table of artefacts: what is always written, what if it is asked for, and who takes choices from it."""
+
+import pytest
+
+import cordicc
+from cordicc.artefacts import ARTEFACTS, ON_REQUEST, VIEWS, Written, artefacts, picture
+from cordicc.base.diagnostics import InvalidInput
+from tests.support import hand_plans
+from tests.support.command_line import run
+
+PLAN = cordicc.Plan.of(hand_plans.wheel())
+
+
+@pytest.mark.parametrize("name", ARTEFACTS)
+def test_each_is_written(name: str) -> None:
+    files = PLAN.emit(name)
+    assert all(files.values())
+    if (file := ARTEFACTS[name].file) is not None:
+        assert list(files) == [file]
+
+
+def test_a_folder_has_what_is_always_written_and_what_is_asked_for() -> None:
+    always = [each.file for each in ARTEFACTS.values() if each.written is Written.ALWAYS]
+    assert list(artefacts(PLAN)) == always
+    assert list(artefacts(PLAN, ON_REQUEST)) == [*always, "wheel.c", "wheel.h"]
+
+
+def test_a_view_is_the_picture_of_the_folder() -> None:
+    files = artefacts(PLAN)
+    assert {view: picture(PLAN, view, 1240) for view in VIEWS if f"{view}.svg" in files} == {
+        view: files[f"{view}.svg"] for view in VIEWS if f"{view}.svg" in files
+    }
+
+
+def test_the_commands_know_the_table() -> None:
+    said = run("compile", "--help").stdout
+    for each in ARTEFACTS.values():
+        assert each.written is not Written.ALWAYS or str(each.file) in said
+    assert f"[{'|'.join(ON_REQUEST)}]" in said
+    assert f"[{'|'.join(VIEWS)}]" in run("draw", "--help").stdout
+
+
+def test_an_unknown_name() -> None:
+    with pytest.raises(InvalidInput, match="E653"):
+        PLAN.emit("verilog")
