@@ -9,12 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
-from cordicc.emulate.observation import machine_of, observe, with_warnings
-from cordicc.frontend.domain import check_domain, check_meaning, input_intervals
+from cordicc.emulate.observation import observe, with_warnings
+from cordicc.frontend.domain import check_domain, input_intervals
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
@@ -22,12 +22,14 @@ from cordicc.ir.problem import Problem
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.copies import replicated
 from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanOptions
 from cordicc.plan.verify import verify as verify_plan
 from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, exceptions
 from cordicc.precision.choose import plan_with_formats
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
@@ -96,7 +98,7 @@ def compile_file(
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
-    fixed_point = isinstance(machine_of(plan).system, FixedSystem)
+    fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
     if allowed or (fixed_point if options.certify is None else options.certify):
         from cordicc.certify.plans import with_bounds
 
@@ -221,7 +223,7 @@ def rewrite(
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
     costs = Costs.of(target, implicit=implicit, preferred=preferred)
-    context = Context(input_intervals(problem), goal, costs.floating, effort)
+    context = PassContext(input_intervals(problem), goal, costs.floating, effort)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:
@@ -259,16 +261,16 @@ def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
     return (True, False) if shared else (True,)
 
 
-def _recorded(path: Path, options: Options) -> dict[str, Any]:
+def _recorded(path: Path, options: Options) -> PlanOptions:
     limits = options.limits
-    return {
-        "file": path.name,
-        "target": options.target if options.target.isidentifier() else Path(options.target).name,
-        "units": options.units,
-        "minimize": limits.minimize,
-        "ii": limits.initiation_interval,
-        "max_processors": limits.max_processors,
-        "max_latency": limits.max_latency,
-        "certify": options.certify,
-        "effort": None if options.effort == 1 else options.effort,
-    }
+    return PlanOptions(
+        file=path.name,
+        target=options.target if options.target.isidentifier() else Path(options.target).name,
+        units=options.units,
+        minimize=limits.minimize,
+        ii=limits.initiation_interval,
+        max_processors=limits.max_processors,
+        max_latency=limits.max_latency,
+        certify=options.certify,
+        effort=None if options.effort == 1 else options.effort,
+    )

@@ -17,8 +17,8 @@ from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import Judged, Judgement
 from cordicc.emulate.long_run import RunFindings
-from cordicc.emulate.observation import angles_of
 from cordicc.plan.model import Plan
+from cordicc.plan.plain_data import bound_data
 
 _BAR = 40
 _MOST_CAUSES = 5
@@ -99,7 +99,7 @@ def errors_sheet(
 def _details(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> list[str]:
     """Return lines with the histogram and the worst inputs of each output."""
     lines: list[str] = []
-    angles = angles_of(plan.problem)
+    angles = plan.problem.angles
     for name, errors in report.errors.items():
         unit = " rad" if angles[name] else ""
         lines += ["", f"{name}: errors", *_bars(errors, unit), *_worst_lines(name, report, found, unit)]
@@ -139,8 +139,7 @@ def _worst_lines(
 def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> Sheet:
     """Return the summary of a simulation; `judged` holds what bounds the plan states."""
     title = (
-        f"{plan.name} on {plan.target['name']}: "
-        f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
+        f"{plan.name} on {plan.target.name}: {count(comparison.samples, 'sample')}, {comparison.valid} valid"
     )
     lines = []
     if comparison.lost:
@@ -150,8 +149,8 @@ def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Ju
         lines.append(f"  {gained} outside the domain of the equations came out valid")
     header = ACCURACY_HEADER + (("holds for", "beyond") if judged else ())
     rows: list[tuple[str, ...]] = []
-    for output in plan.problem["outputs"]:
-        name, unit = output["name"], " rad" if output["angle"] else ""
+    for output in plan.problem.outputs:
+        name, unit = output.name, " rad" if output.is_angle else ""
         seen = comparison.observed[name]
         row = (name, figure(seen.max, unit), figure(seen.rms, unit))
         rows.append((*row, *_judged(plan, judged.get(name), name, unit)) if judged else (*row, "not derived"))
@@ -163,7 +162,8 @@ def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[
     if judged is None:
         return "not derived", "-", "-"
     held = "every valid sample"
-    if plan.accuracy[output]["bound"]["conditions"]:
+    bound = plan.accuracy[output].bound
+    if bound is not None and bound.conditions:
         held = f"{percent(judged.share or 0.0)} of valid samples"
     return figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
@@ -172,16 +172,21 @@ def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:
     """Return the figures of a simulation as plain data."""
     return {
         "name": plan.name,
-        "target": plan.target["name"],
+        "target": plan.target.name,
         "samples": comparison.samples,
         "valid": comparison.valid,
         "lost": comparison.lost,
         "gained": comparison.gained,
         "accuracy": {
             name: {
-                "bound": (plan.accuracy.get(name) or {}).get("bound"),
+                "bound": _stated(plan, name),
                 "observed": {"max": seen.max, "rms": seen.rms},
             }
             for name, seen in comparison.observed.items()
         },
     }
+
+
+def _stated(plan: Plan, output: str) -> dict[str, Any] | None:
+    figures = plan.accuracy.get(output)
+    return None if figures is None or figures.bound is None else bound_data(figures.bound)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic
 from cordicc.frontend.load import LoadedProblem
-from cordicc.ir.text import print_graph
 from cordicc.plan.assemble import assemble
 from cordicc.plan.model import Plan, Selection
-from cordicc.plan.problem_record import UNIT_PROGRAM, problem_data
+from cordicc.plan.origin import PlanOptions, PlanProblem
 from cordicc.precision.allowed_error import BoundsOf, checked, widened
 from cordicc.precision.binary_points import formats, magnitudes
 from cordicc.precision.guard_bits import fewest_guard_bits
@@ -28,7 +26,7 @@ def plan_with_formats(
     choice: Choice,
     target: Target,
     target_with: TargetWith,
-    recorded: Mapping[str, Any],
+    recorded: PlanOptions,
     bounds_of: BoundsOf,
 ) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan, not placed yet; on fixed point with a binary point for every value.
@@ -52,7 +50,7 @@ def plan_with_formats(
     if isinstance(target.machine().system, FixedSystem):
         held = magnitudes(loaded.problem, loaded.source, graph)
         warnings = (*warnings, *held.warnings)
-    record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
+    record = PlanProblem.of(loaded.problem, warnings)
 
     def plan_for(target: Target) -> Plan:
         system, specs = target.machine().system, {}

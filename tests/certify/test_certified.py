@@ -9,10 +9,8 @@ from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import bounds_of
 from cordicc.emulate import functional
-from cordicc.emulate.observation import exact, machine_of
+from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from cordicc.ir.text import parse_graph
-from cordicc.plan.problem_record import UNIT_PROGRAM
 from tests.whole.test_corpus import CORPUS, PROBLEMS, compiled, table
 
 LEAST_SHARE = 0.99
@@ -24,11 +22,11 @@ MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_win
 def test_no_sample_is_beyond_the_bound(name: str) -> None:
     plan = compiled(name, "fixed24")
     bounds = bounds_of(plan)
-    net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], name))
+    net = network(plan)
     corpus = table(CORPUS / f"{name}.inputs.csv")
-    drawn = sampling.draw(plan.problem, MANY.get(name, ROWS), 11)
+    drawn = sampling.draw(plan.problem.workspace, MANY.get(name, ROWS), 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}
-    simulated = functional.run(plan, machine_of(plan), points)
+    simulated = functional.run(plan, plan.arithmetic, points)
     values, defined = exact(plan.problem, points)
     for output, bound in bounds.items():
         assert bound.value is not None, bound.reason

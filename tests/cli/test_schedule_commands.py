@@ -14,6 +14,7 @@ from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import ControlWord, Plan
+from cordicc.plan.origin import PlanTarget
 from cordicc.plan.verify import verify
 from cordicc.schedule.bare import parse_graph, schedule_graph
 from cordicc.schedule.place import place
@@ -59,7 +60,7 @@ def test_the_wheel_from_pipelined_to_one_cau() -> None:
 @pytest.mark.parametrize("interval", [2, 5, 16])
 def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: int) -> None:
     plan = cordicc.Plan.of(planned(name, initiation_interval=interval))
-    samples = draw(plan.problem, 70, 3)
+    samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
 
@@ -67,7 +68,7 @@ def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: in
 @pytest.mark.parametrize("interval", [2, 4])
 def test_shared_units_in_fixed_point_give_the_same_bytes_clock_by_clock(interval: int) -> None:
     plan = cordicc.Plan.of(planned("planar_2r", "fixed24", initiation_interval=interval))
-    samples = draw(plan.problem, 70, 3)
+    samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
     assert functional["valid"].any()
@@ -125,7 +126,7 @@ def shared() -> SchedulingProblem:
     return SchedulingProblem(tasks, values, 2)
 
 
-KINEMATIC = load_target("kinematic").embedded()
+KINEMATIC = PlanTarget.of(load_target("kinematic"))
 
 
 def asked(minimize: str, **limits: Any) -> Schedule:
@@ -197,7 +198,7 @@ def test_effort_scales_all_work_and_is_recorded(tmp_path: Path) -> None:
     file = str(EXAMPLES / "planar_2r.yaml")
     assert run("compile", file, "-q", "--ii", "2", "--effort", "0.5", "-o", str(tmp_path)).exit_code == 0
     plan = parse((tmp_path / "plan.json").read_text(encoding="utf-8"), "plan.json")
-    assert plan.options["effort"] == 0.5
+    assert plan.options.effort == 0.5
     assert "--effort 0.5" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert run("compile", file, "--effort", "0").exit_code == 2
 

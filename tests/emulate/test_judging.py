@@ -14,9 +14,7 @@ from cordicc.emulate import functional, judging
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import run_parts
-from cordicc.emulate.observation import angles_of, machine_of
 from cordicc.ir import sampling
-from cordicc.ir.text import parse_graph
 from tests.support.command_line import run
 
 TEXT = """\
@@ -49,10 +47,10 @@ def judged(
     count = len(samples["x"])
     parts = [{n: c[i : i + part] for n, c in samples.items()} for i in range(0, count, part)]
     report = run_parts(
-        parse_graph(plan.problem["program"], "plan"),
-        angles_of(plan.problem),
+        plan.problem.program,
+        plan.problem.angles,
         parts,
-        lambda each: functional.run(plan, machine_of(plan), each),
+        lambda each: functional.run(plan, plan.arithmetic, each),
         lambda made: None,
         lambda count: None,
         reference,
@@ -74,13 +72,13 @@ def with_bound(plan: cordicc.Plan, output: str, value: float, folder: Path) -> P
 def test_where_is_judged_for_every_sample(plan: cordicc.Plan) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    assert plan.accuracy["a"]["bound"]["conditions"]
-    assert not plan.accuracy["s"]["bound"]["conditions"]
+    assert plan.accuracy["a"].bound.conditions
+    assert not plan.accuracy["s"].bound.conditions
     size = np.array([1e-5, 1e-4, 0.01, 0.7])
     held = stated.inside({"x": size, "y": -size})
     assert held["a"].tolist() == [False, False, True, True]
     assert held["s"].all()
-    many = {n: column * 0.01 for n, column in sampling.draw(plan.problem, 20_000, 3).items()}
+    many = {n: column * 0.01 for n, column in sampling.draw(plan.problem.workspace, 20_000, 3).items()}
     whole = stated.inside(many)["a"]
     assert 0.99 <= whole.mean() < 1
     again = [stated.inside({n: c[i : i + 777] for n, c in many.items()})["a"] for i in range(0, 20_000, 777)]
@@ -92,7 +90,7 @@ def test_parts_and_reference_change_no_judgement(plan: cordicc.Plan, factor: flo
     stated = StatedBounds.of(plan)
     assert stated is not None
     limits = ConditionalBounds({name: factor * value for name, value in stated.values.items()}, stated.inside)
-    samples = sampling.draw(plan.problem, 3000, 5)
+    samples = sampling.draw(plan.problem.workspace, 3000, 5)
     samples["x"][7] = 2.0
     whole = judged(plan, samples, 3000, 3000, limits)
     assert whole["a"].samples == 2999
@@ -106,7 +104,7 @@ def test_parts_and_reference_change_no_judgement(plan: cordicc.Plan, factor: flo
 
 def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(judging, "MOST_BEYOND", 10)
-    samples = sampling.draw(plan.problem, 500, 5)
+    samples = sampling.draw(plan.problem.workspace, 500, 5)
     stated = StatedBounds.of(plan)
     assert stated is not None
     limits = ConditionalBounds({"s": 1e-12}, stated.inside)
@@ -116,7 +114,7 @@ def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch:
 
 def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
     """What double precision calls an error, and high precision does not, is none."""
-    graph, angles = parse_graph(plan.problem["program"], "plan"), angles_of(plan.problem)
+    graph, angles = plan.problem.program, plan.problem.angles
     judgement = Judgement(
         graph, angles, ConditionalBounds({"s": 0.1}, lambda inputs: {"s": np.ones(3, bool)})
     )
@@ -134,9 +132,7 @@ def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
 def test_a_sample_that_a_search_found_is_judged(plan: cordicc.Plan) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    judgement = Judgement(
-        parse_graph(plan.problem["program"], "plan"), {}, ConditionalBounds(stated.values, stated.inside)
-    )
+    judgement = Judgement(plan.problem.program, {}, ConditionalBounds(stated.values, stated.inside))
     judgement.add_found("a", Worst(1.0, None, {"x": 1e-6, "y": 0.0}))  # outside
     judgement.add_found("s", Worst(0.0, None, {"x": 1e-6, "y": 0.0}))  # within
     assert not any(each.beyond for each in judgement.found.values())

@@ -18,6 +18,7 @@ from cordicc.cli.main import main
 from cordicc.cli.simulation_text import comparison_data, comparison_sheet
 from cordicc.emulate import functional, observation
 from cordicc.ir import sampling
+from cordicc.ir.sampling import Workspace
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import Plan
 from cordicc.readback import check_plan
@@ -45,7 +46,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 def load(content: str) -> Plan:
-    return check_plan(parse(content, "plan.json"), "plan.json")
+    return check_plan(parse(content, "plan.json"))
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -80,8 +81,8 @@ def test_every_place_by_every_hostile_value(base: dict[str, Any]) -> None:
         assert all(re.fullmatch("E60[0-9]", d.code) for d in error.diagnostics), (path, hostile)
     assert len(accepted) > 50
     for plan in accepted:
-        inputs = sampling.draw(plan.problem, 3, 0)
-        outputs = functional.run(plan, observation.machine_of(plan), inputs)
+        inputs = sampling.draw(plan.problem.workspace, 3, 0)
+        outputs = functional.run(plan, plan.arithmetic, inputs)
         comparison = observation.compare(plan, inputs, outputs)
         plain(comparison_sheet(plan, comparison, {}))
         json.dumps(comparison_data(plan, comparison), allow_nan=False)
@@ -154,7 +155,7 @@ def test_a_written_plan_reads_back(base: dict[str, Any]) -> None:
 
 
 def test_samples_of_the_widest_range() -> None:
-    drawn = sampling.draw({"inputs": [{"name": "x", "lo": -1.7e308, "hi": 1.7e308}]}, 100, 0)["x"]
+    drawn = sampling.draw(Workspace({"x": (-1.7e308, 1.7e308)}), 100, 0)["x"]
     assert all(map(math.isfinite, drawn))
     assert drawn.min() < -1e308 < 1e308 < drawn.max()
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import MOST, most_within, percent
 from cordicc.base.text_tables import Facts, Sheet, Table, plain
 from cordicc.plan.model import Plan
+from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -54,12 +53,11 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         ("interval", f"{count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
         ("FIFO words", f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
     ]
-    words = plan.target["arithmetic"]["format"]
-    if words["kind"] == "fixed-point":
-        inside = words["width"] + words["guard"]
-        rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
+    words = plan.arithmetic.system
+    if isinstance(words, FixedSystem):
+        rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
     end = ("", f"  {last}") if last else ()
-    title = f"{plan.name} on {plan.target['name']}"
+    title = f"{plan.name} on {plan.target.name}"
     return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
 
 
@@ -91,26 +89,25 @@ def figure(number: float | None, unit: str = "") -> str:
     return "-" if number is None else f"{number:.3g}{unit}"
 
 
-def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
+def _bound(bound: StatedBound | None, unit: str) -> str:
     """Return a bound in words; under conditions with the share of the default samples that meet them."""
     if bound is None:
         return "not derived"
-    share = f", {percent(bound['share_of_samples'])} of samples" if bound.get("conditions") else ""
-    return figure(bound["value"], unit) + share
+    share = f", {percent(bound.share_of_samples)} of samples" if bound.conditions else ""
+    return figure(bound.value, unit) + share
 
 
 ACCURACY_HEADER = ("output", "largest error", "rms error", "bound")
 
 
 def _accuracy(plan: Plan) -> Table:
-    any_bound = any(most_within(figures["bound"]) is not None for figures in plan.accuracy.values())
+    any_bound = any(most_within(figures.bound) is not None for figures in plan.accuracy.values())
     rows: list[tuple[str, ...]] = []
-    for output in plan.problem["outputs"]:
-        figures = plan.accuracy[output["name"]]
-        unit = " rad" if output["angle"] else ""
-        seen = figures["observed"]
-        bound = figures["bound"]
-        row = (output["name"], figure(seen["max"], unit), figure(seen["rms"], unit), _bound(bound, unit))
+    for output in plan.problem.outputs:
+        figures = plan.accuracy[output.name]
+        unit = " rad" if output.is_angle else ""
+        seen, bound = figures.observed, figures.bound
+        row = (output.name, figure(seen.max, unit), figure(seen.rms, unit), _bound(bound, unit))
         rows.append((*row, figure(most_within(bound), unit)) if any_bound else row)
     header = (*ACCURACY_HEADER, f"{MOST} proven within") if any_bound else ACCURACY_HEADER
     return Table(header, tuple(rows))
