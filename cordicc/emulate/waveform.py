@@ -22,7 +22,7 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.ir.sampling import draw_parts
 from cordicc.plan.model import Operation, Plan, Unit
@@ -94,7 +94,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
 
 def _about_words(plan: Plan, arithmetic: Arithmetic) -> str:
     """Return what the words stand for, in words: their binary points if they are fixed."""
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     points = {
         name: format_.fraction_bits
         for name, format_ in {**formats.values, **formats.outputs}.items()
@@ -129,11 +129,11 @@ class _Signals:
     in_range: NDArray[np.bool_]
     probes: list[tuple[Variable[State], Probe]] = field(default_factory=list)
     names: dict[tuple[str, ...], set[str]] = field(default_factory=dict)
-    formats: Formats = field(init=False)
+    formats: PortFormats = field(init=False)
     feeder: dict[str, str] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.formats = Formats.of(self.plan, self.arithmetic)
+        self.formats = PortFormats.of(self.plan, self.arithmetic)
         self.feeder = {sink: fifo.id for fifo in self.plan.fifos for sink in fifo.sinks}
         interval = self.plan.initiation_interval
         if interval > 1:
