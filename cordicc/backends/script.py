@@ -16,7 +16,7 @@ Takes the options of `cordicc simulate`, for example --random 1000 or --inputs i
 import sys
 from pathlib import Path
 
-from cordicc.cli.main import main
+from cordicc.cli import main
 
 if __name__ == "__main__":
     plan = Path(__file__).resolve().with_name("plan.json")

@@ -15,7 +15,7 @@ from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
-from cordicc.emulate.ports import Formats
+from cordicc.emulate.ports import PortFormats
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ops import Level
@@ -69,7 +69,7 @@ class ErrorNetwork:
     inputs: Mapping[str, Interval]
     outputs: Mapping[str, str | Constant]
     angles: Mapping[str, bool]
-    formats: Formats
+    formats: PortFormats
     proven: Mapping[str, Interval]
 
     def upstream(self, output: str) -> tuple[Step, ...]:
@@ -99,7 +99,7 @@ def network(plan: Plan) -> ErrorNetwork:
     graph = plan.unit_program
     assert graph is not None, "there is no unit program"
     arithmetic = plan.arithmetic
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     operations = {operation.id: operation for operation in plan.operations}
     made = [i for i, node in enumerate(graph.nodes) if node.definition.level is not Level.LEAF]
     ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
@@ -219,7 +219,7 @@ def rounding(format_: NumberFormat, magnitude: Floats, beside_pi: Any = False) -
     return magnitude * np.where(beside_pi, 2.0**-22, 2.0**-24) + 2.0**-149
 
 
-def _exact(arithmetic: Arithmetic, formats: Formats, operation: Operation) -> bool:
+def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -> bool:
     """Tell whether the first result of an operation of integers needs no rounding to its format."""
     result = formats.values[operation.results[0]] if operation.results[0] is not None else None
 
@@ -251,7 +251,7 @@ def _exact(arithmetic: Arithmetic, formats: Formats, operation: Operation) -> bo
     return first <= result.fraction_bits
 
 
-def _spacing(formats: Formats, operation: Operation) -> float:
+def _spacing(formats: PortFormats, operation: Operation) -> float:
     first = operation.operands[0].value
     format_ = None if first is None else formats.values[first]
     return format_.ulp if isinstance(format_, FixedPoint) else 0.0

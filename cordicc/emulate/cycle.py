@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from cordicc.arith.numbers.formats import Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.arrays import Floats
-from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.emulate.ports import Outputs, PortFormats, constant_signal, deliver, prepare
 from cordicc.plan.model import Operation, Plan, dependence_order
 from cordicc.plan.netlist import ConstantWord, Driver, FifoEnd, InputWord, Netlist
 
@@ -89,7 +89,7 @@ class _Machine:
     def __init__(self, plan: Plan, arithmetic: Arithmetic, steps: int, lanes: int) -> None:
         self._plan = plan
         self._arithmetic = arithmetic
-        self.formats = Formats.of(plan, arithmetic)
+        self.formats = PortFormats.of(plan, arithmetic)
         self._steps = steps
         self._order = dependence_order(plan)
         self._netlist = Netlist.of(plan)

@@ -22,7 +22,7 @@ TOLERANCE = "tol_"
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ExpectedVerdict:
     """How a plan's outputs compare with expected ones.
 
     `differences` are by output, over rows valid in both; `beyond` counts the differences larger than
@@ -50,7 +50,7 @@ def check_golden(
     allowed: Allowed,
     simulate: Callable[[Mapping[str, Floats]], Mapping[str, NDArray[Any]]],
     worst: int = 10,
-) -> Verdict:
+) -> ExpectedVerdict:
     """Compare a plan's outputs with expected ones, part by part.
 
     Args:
@@ -99,7 +99,7 @@ def check_golden(
         wrong = sorted(wrong, key=lambda each: (-each[0], each[1][:2]))[:worst]
         row += len(ok)
     listed = tuple(line for _, line in wrong)
-    return Verdict(row, differences, beyond, validity, first_invalid, listed)
+    return ExpectedVerdict(row, differences, beyond, validity, first_invalid, listed)
 
 
 def _paired(inputs: Rows, expected: Rows) -> Iterator[tuple[Mapping[str, Floats], Mapping[str, Floats]]]:

@@ -11,7 +11,7 @@ from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic, 
 from cordicc.arith.numbers.formats import Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.arrays import Floats
-from cordicc.emulate.ports import Formats, Outputs, constant_signal, deliver, prepare
+from cordicc.emulate.ports import Outputs, PortFormats, constant_signal, deliver, prepare
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
 
@@ -40,7 +40,7 @@ def _run(
     plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats], in_range: NDArray[np.bool_]
 ) -> Outputs:
     order = dependence_order(plan)
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     constants = _constants(plan, arithmetic)
     outputs = {name: np.empty(in_range.size) for name in plan.outputs}
     for begin in range(0, in_range.size, _BLOCK_SAMPLES):
@@ -84,7 +84,7 @@ def _evaluate(
     plan: Plan,
     order: Sequence[Operation],
     arithmetic: Arithmetic,
-    formats: Formats,
+    formats: PortFormats,
     constants: Mapping[str, Signal],
     samples: Mapping[str, Floats],
     length: int,

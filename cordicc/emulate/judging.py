@@ -23,7 +23,7 @@ _NEAR = 1 - 2.0**-10
 """Share of a bound from which an error in double precision is looked at again."""
 
 
-class Limits(NamedTuple):
+class ConditionalBounds(NamedTuple):
     """Bounds by output, and what tells, by output with a bound, which valid samples they hold for."""
 
     values: Mapping[str, float]
@@ -74,7 +74,7 @@ class Judgement:
 
     graph: Graph
     angles: Mapping[str, bool]
-    limits: Limits
+    limits: ConditionalBounds
     found: dict[str, Judged] = field(init=False)
 
     def __post_init__(self) -> None:

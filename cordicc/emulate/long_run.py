@@ -18,7 +18,7 @@ from cordicc.base.arrays import Floats
 from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.causes import Cause, Causes
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
-from cordicc.emulate.judging import Judgement, Limits, Part
+from cordicc.emulate.judging import ConditionalBounds, Judgement, Part
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import reference_outputs
@@ -40,7 +40,7 @@ _CLOSER_LOOKS = 3_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class RunFindings:
     """What a run showed.
 
     `referenced` samples were compared in high precision, `screened` ones in double precision, which was
@@ -184,7 +184,7 @@ class _Tally:
         """Return how many samples may be looked at once more in high precision."""
         return max(1, _CLOSER_LOOKS // max(1, effort(self.graph)))
 
-    def report(self) -> Report:
+    def report(self) -> RunFindings:
         """Return what the run showed."""
         observed = {
             name: Observed(errors.largest, errors.rms, errors.worst[0][1] if errors.worst else None)
@@ -196,7 +196,7 @@ class _Tally:
         }
         counts = (self.samples, self.valid, self.lost, self.gained, self.lost_at)
         comparison = Comparison(observed, *counts)
-        return Report(
+        return RunFindings(
             comparison,
             self.errors,
             worst,
@@ -216,8 +216,8 @@ def run_parts(
     take: Callable[[Outputs], None],
     reached: Callable[[int], None],
     reference: int = REFERENCE_SAMPLES,
-    limits: Limits | None = None,
-) -> Report:
+    limits: ConditionalBounds | None = None,
+) -> RunFindings:
     """Simulate part after part and compare with the equations.
 
     Args:

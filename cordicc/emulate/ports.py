@@ -58,14 +58,14 @@ def constant_signal(arithmetic: Arithmetic, operand: Operand, length: int) -> Si
 
 
 @dataclass(frozen=True, slots=True)
-class Formats:
+class PortFormats:
     """The number formats of a plan: of inputs and results by name, and of the outputs."""
 
     values: Mapping[str, NumberFormat]
     outputs: Mapping[str, NumberFormat]
 
     @classmethod
-    def of(cls, plan: Plan, arithmetic: Arithmetic) -> Formats:
+    def of(cls, plan: Plan, arithmetic: Arithmetic) -> PortFormats:
         """Return the formats that a plan states or its target implies.  Raises ValueError."""
         inputs = plan.problem.input_names
         results = [name for operation in plan.operations for name in operation.results if name is not None]

@@ -14,15 +14,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from vcd import VCDWriter
 from vcd.writer import Variable
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Bools, Floats, Words
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.ir.sampling import draw_parts
 from cordicc.plan.model import Operation, Plan
@@ -35,7 +36,7 @@ MOST_SIGNAL_CYCLES = 20_000_000
 _TIME_UNITS = ("s", "ms", "us", "ns", "ps", "fs")
 _FEMTOSECONDS = 10**15
 
-Samples = dict[str, NDArray[np.float64]]
+Samples = dict[str, Floats]
 State = int | str | None
 """Bits, a text, or None for unknown."""
 
@@ -95,7 +96,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
 
 def _about_words(plan: Plan, arithmetic: Arithmetic) -> str:
     """Return what the words stand for, in words: their binary points if they are fixed."""
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     points = {
         name: format_.fraction_bits
         for name, format_ in {**formats.values, **formats.outputs}.items()
@@ -127,14 +128,14 @@ class _Signals:
     writer: VCDWriter
     plan: Plan
     arithmetic: Arithmetic
-    in_range: NDArray[np.bool_]
+    in_range: Bools
     probes: list[tuple[Variable[State], Probe]] = field(default_factory=list)
     names: dict[tuple[str, ...], set[str]] = field(default_factory=dict)
-    formats: Formats = field(init=False)
+    formats: PortFormats = field(init=False)
     netlist: Netlist = field(init=False)
 
     def __post_init__(self) -> None:
-        self.formats = Formats.of(self.plan, self.arithmetic)
+        self.formats = PortFormats.of(self.plan, self.arithmetic)
         self.netlist = Netlist.of(self.plan)
         interval = self.plan.initiation_interval
         if interval > 1:
@@ -259,7 +260,7 @@ def _bits(register: Register, width: int) -> State:
     return None if register is None else _pattern(register.words, width)
 
 
-def _pattern(words: NDArray[np.generic], width: int) -> int:
+def _pattern(words: Words, width: int) -> int:
     """Return the bits of the first word."""
     word = np.atleast_1d(words)[:1]
     number = word.view(np.uint32)[0] if word.dtype == np.float32 else word[0]

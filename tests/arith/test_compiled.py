@@ -14,7 +14,7 @@ from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, Signal
 from cordicc.emulate import functional
 from cordicc.ir import sampling
-from tests.cli.test_cli import EXAMPLES
+from tests.support.paths import EXAMPLES
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 
 needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")

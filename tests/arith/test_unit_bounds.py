@@ -7,7 +7,7 @@ import pytest
 
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.pipeline import Options, plan_file
@@ -93,7 +93,7 @@ def check(operation, unit, operands, words, formats):
 def test_every_unit_is_within_its_bound(name: str) -> None:
     plan = plan_file(CORPUS / f"{name}.yaml", Options("fixed24", certify=False)).plan
     arithmetic = plan.arithmetic
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     inputs = table(CORPUS / f"{name}.inputs.csv")
     samples, _ = prepare(plan, {name: column[:ROWS] for name, column in inputs.items()})
     signals = formats.encode(samples)

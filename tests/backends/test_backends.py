@@ -327,9 +327,7 @@ class TestScript:
         text = script.render(plan)
         ast.parse(text)
         calls = []
-        monkeypatch.setitem(
-            sys.modules, "cordicc.cli.main", type("Cli", (), {"main": staticmethod(calls.append)})
-        )
+        monkeypatch.setitem(sys.modules, "cordicc.cli", type("Cli", (), {"main": staticmethod(calls.append)}))
         path = tmp_path / "simulate.py"
         path.write_text(text, encoding="utf-8")
         monkeypatch.setattr(sys, "argv", [str(path), "--random", "5"])

@@ -34,7 +34,7 @@ def plan(request: pytest.FixtureRequest) -> Plan:
 
 
 def page_of(plan: Plan, explored: page.Explored | None = None) -> str:
-    return page.render(plan, typeset, explored)
+    return page.render(plan, explored)
 
 
 class _Page(HTMLParser):

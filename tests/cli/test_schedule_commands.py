@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import cordicc
 from cordicc.backends.pictures import schedule_chart
 from cordicc.base.diagnostics import InvalidInput, Unattainable
-from cordicc.cli.main import main
 from cordicc.ir.sampling import draw
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
@@ -27,6 +25,7 @@ from cordicc.schedule.verify_bare import verify_bare
 from cordicc.studies.trade_off import INTERVALS, explore, workers
 from cordicc.targets.target import CAU_KINDS
 from cordicc.targets.target_file import load_target
+from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 
 LIGHT = Effort(schedule=2.0, words=0.5)
@@ -35,10 +34,6 @@ LIGHT = Effort(schedule=2.0, words=0.5)
 def planned(name: str, target: str = "kinematic", **limits: Any) -> Plan:
     options = Options(target, limits=Limits(effort=LIGHT, **limits))
     return plan_file(EXAMPLES / f"{name}.yaml", options).plan
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, list(arguments), catch_exceptions=False)
 
 
 GRAPH: dict[str, Any] = {

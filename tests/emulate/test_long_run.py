@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cordicc
-from cordicc.cli import simulate
+from cordicc.cli import sample_run
 from cordicc.emulate import accuracy, functional, sample_tables
 from cordicc.emulate.histogram import Errors, worst_first
 from cordicc.emulate.long_run import run_parts
@@ -18,8 +18,8 @@ from cordicc.ir import sampling
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.sampling import Workspace
-from tests.cli.test_cli import EXAMPLES, run
-from tests.support.paths import CORPUS
+from tests.support.command_line import run
+from tests.support.paths import CORPUS, EXAMPLES
 
 PROBLEMS = sorted(path.stem for path in CORPUS.glob("*.yaml") if not path.stem.startswith("rej_"))
 
@@ -174,7 +174,7 @@ def test_csv_and_npz_in_parts(file: Path, tmp_path: Path, monkeypatch: pytest.Mo
     np.savez_compressed(tmp_path / "in.npz", y=y, x=x)
     outs = []
     for part in (65536, 64, 100):
-        monkeypatch.setattr(simulate, "PART_ROWS", part)
+        monkeypatch.setattr(sample_run, "PART_ROWS", part)
         monkeypatch.setattr(sample_tables.read_table, "__defaults__", (part,))
         for source in ("in.csv", "in.npz"):
             for out in ("out.csv", "out.npz"):

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 from vcd.reader import TokenKind, tokenize
 
-from cordicc.api import Plan
+from cordicc import Plan
 from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import waveform

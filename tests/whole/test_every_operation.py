@@ -11,10 +11,10 @@ from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import Cau
 from cordicc.backends.c import c_units
-from cordicc.backends.c.c_fixed import FixedWords
+from cordicc.backends.c.c_arithmetic import CArithmetic, COperand
+from cordicc.backends.c.c_fixed import CFixedPoint
 from cordicc.backends.c.c_sections import Library
-from cordicc.backends.c.c_single import SingleWords
-from cordicc.backends.c.c_words import Term, Words
+from cordicc.backends.c.c_single import CSinglePrecision
 from cordicc.backends.labels import SYMBOLS
 from cordicc.backends.text import formulas
 from cordicc.certify import operator_models
@@ -56,10 +56,10 @@ def executed(op: str, params: Mapping[str, object]) -> bool:
     return len(made) == len(OPS[op].results)
 
 
-def written(words: Words, format_: NumberFormat, op: str, params: Mapping[str, object]) -> bool:
+def written(words: CArithmetic, format_: NumberFormat, op: str, params: Mapping[str, object]) -> bool:
     """Whether a number system of the C model writes an operation."""
     try:
-        return bool(words.calculate(op, params, [Term("a", format_)] * max(1, OPS[op].arity), format_))
+        return bool(words.calculate(op, params, [COperand("a", format_)] * max(1, OPS[op].arity), format_))
     except (AssertionError, KeyError):
         return False
 
@@ -106,11 +106,11 @@ PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
     "fixed point": (lambda: by(lambda o, p: calculated(FixedSystem(24), FIXED, o, p)), OUTSIDE_UNITS),
     "CAU": (lambda: by(executed), UNITS_ALONE),
     "C of single precision": (
-        lambda: by(lambda o, p: written(SingleWords(SingleSystem()), SINGLE, o, p)),
+        lambda: by(lambda o, p: written(CSinglePrecision(SingleSystem()), SINGLE, o, p)),
         OUTSIDE_UNITS,
     ),
     "C of fixed point": (
-        lambda: by(lambda o, p: written(FixedWords(FixedSystem(24)), FIXED, o, p)),
+        lambda: by(lambda o, p: written(CFixedPoint(FixedSystem(24)), FIXED, o, p)),
         OUTSIDE_UNITS,
     ),
     "C of units": (lambda: by(unit_written, Level.UNIT), UNITS_ALONE),

@@ -17,14 +17,26 @@ Slot = tuple[int, int]
 _LATE = 1 << 20
 
 
-def render(plan: Plan, drawn: Diagram | None = None) -> str:
-    """Return the datapath as SVG, as drawn or as wide as a page."""
-    return frame(plan, "Datapath", "dp", drawn or diagram(plan))
+_drawn: tuple[Plan, float | None, Diagram] | None = None
+"""The last datapath: the page, the picture and the notebook of a plan show the same."""
 
 
-def pieces(plan: Plan, drawn: Diagram | None = None) -> list[str]:
+def render(plan: Plan, width: float | None = PAGE_WIDTH) -> str:
+    """Return the datapath as SVG, in rows of at most `width` pixels; None: in one row."""
+    return frame(plan, "Datapath", "dp", _kept(plan, width))
+
+
+def pieces(plan: Plan) -> list[str]:
     """Return the rows of the datapath as pictures without titles, and the legend as the last one."""
-    return rows(plan, "Datapath", "dp", drawn or diagram(plan))
+    return rows(plan, "Datapath", "dp", _kept(plan, PAGE_WIDTH))
+
+
+def _kept(plan: Plan, width: float | None) -> Diagram:
+    """Return the datapath; placing and wiring take long, so the last one is kept."""
+    global _drawn
+    if _drawn is None or _drawn[0] is not plan or _drawn[1] != width:
+        _drawn = plan, width, diagram(plan, width)
+    return _drawn[2]
 
 
 def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:

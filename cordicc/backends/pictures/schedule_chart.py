@@ -53,8 +53,8 @@ class Row:
     lanes: tuple[tuple[Bar, ...], ...]
 
 
-def render(plan: Plan) -> str:
-    """Return the schedule as SVG."""
+def render(plan: Plan, width: float | None = None) -> str:
+    """Return the schedule as SVG; it is as wide as time takes, whatever the width."""
     return _drawn(plan, inside=False)
 
 

@@ -15,7 +15,7 @@ from cordicc.targets.target import CAU_KINDS
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class RecognisedUnit:
     """A CAU of an equation: formulas, and sentences on why, formulas in them between backticks."""
 
     operation: Operation
@@ -29,8 +29,8 @@ class Recognised:
 
     target: str
     text: str
-    units: tuple[Unit, ...]
-    others: tuple[Unit, ...]
+    units: tuple[RecognisedUnit, ...]
+    others: tuple[RecognisedUnit, ...]
     rest: str
 
 
@@ -53,10 +53,10 @@ def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
                 target,
                 texts.get(target, ""),
                 tuple(
-                    Unit(each, formulas.of(each), _why(each, functions.get(target, frozenset())))
+                    RecognisedUnit(each, formulas.of(each), _why(each, functions.get(target, frozenset())))
                     for each in units
                 ),
-                tuple(Unit(each, formulas.of(each), each.derivation) for each in told),
+                tuple(RecognisedUnit(each, formulas.of(each), each.derivation) for each in told),
                 _rest(group, small),
             )
         )
