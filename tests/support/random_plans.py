@@ -66,7 +66,7 @@ class Flow:
             operations.append(
                 Operation(
                     id=f"o{index}",
-                    op="mix",
+                    op="rotate",
                     params={"salt": index, "results": self.operations[index][2]},
                     kind="mix",
                     mode="mix",
@@ -165,8 +165,9 @@ class FakeArithmetic:
         kind: str,
         operands: Sequence[Signal],
         formats: Sequence[Any],
+        angle: int | None,
     ) -> tuple[Signal, ...]:
-        assert op == kind == "mix"
+        assert (op, kind, angle) == ("rotate", "mix", None)
         assert len({operand.words.shape for operand in operands}) == 1
         word = np.full(operands[0].words.shape, params["salt"], np.uint64)
         for operand in operands:
