@@ -15,7 +15,7 @@ from cordicc.arith.numbers.formats import SINGLE, Signal
 from cordicc.emulate import functional
 from cordicc.emulate.observation import machine_of
 from cordicc.ir import sampling
-from tests.cli.test_cli import EXAMPLES
+from tests.support.paths import EXAMPLES
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 
 needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")

@@ -11,9 +11,9 @@ from cordicc.emulate.observation import machine_of
 from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import evaluate
-from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import dependence_order
-from tests.whole.test_corpus import CORPUS, PROBLEMS, table
+from tests.support.corpus import PROBLEMS, inputs_of, problem_path
+from tests.support.plans import planned
 
 ROWS = 50
 SLACK = 2.0**-50
@@ -92,10 +92,10 @@ def check(operation, unit, operands, words, formats):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_every_unit_is_within_its_bound(name: str) -> None:
-    plan = plan_file(CORPUS / f"{name}.yaml", Options("fixed24", certify=False)).plan
+    plan = planned(problem_path(name), target="fixed24")
     arithmetic = machine_of(plan)
     formats = Formats.of(plan, arithmetic)
-    inputs = table(CORPUS / f"{name}.inputs.csv")
+    inputs = inputs_of(name)
     samples, _ = prepare(plan, {name: column[:ROWS] for name, column in inputs.items()})
     signals = formats.encode(samples)
     for operation in dependence_order(plan):

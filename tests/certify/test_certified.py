@@ -13,7 +13,8 @@ from cordicc.emulate.observation import exact, machine_of
 from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
 from cordicc.plan.problem_record import UNIT_PROGRAM
-from tests.whole.test_corpus import CORPUS, PROBLEMS, compiled, table
+from tests.support.corpus import PROBLEMS, inputs_of, problem_path
+from tests.support.plans import planned
 
 LEAST_SHARE = 0.99
 ROWS = 300
@@ -22,10 +23,10 @@ MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_win
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_no_sample_is_beyond_the_bound(name: str) -> None:
-    plan = compiled(name, "fixed24")
+    plan = planned(problem_path(name), target="fixed24")
     bounds = bounds_of(plan)
     net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], name))
-    corpus = table(CORPUS / f"{name}.inputs.csv")
+    corpus = inputs_of(name)
     drawn = sampling.draw(plan.problem, MANY.get(name, ROWS), 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}
     simulated = functional.run(plan, machine_of(plan), points)

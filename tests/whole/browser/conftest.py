@@ -11,8 +11,8 @@ from cordicc import pipeline
 from cordicc.pipeline import Options
 from cordicc.plan.model import Plan
 from cordicc.schedule.request import Limits
-from tests.whole.browser.chromium import Page, browser, why_not
-from tests.whole.browser.drawn_plans import plan_of
+from tests.support.browser.chromium import Page, browser, why_not
+from tests.support.browser.drawn_plans import plan_of
 
 
 @pytest.fixture(scope="session")

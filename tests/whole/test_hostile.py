@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.whole.hostile import graphs, places, plans, problems, tables, targets
-from tests.whole.hostile.cases import Case
-from tests.whole.hostile.running import run
+from tests.support.hostile.cases import Case
+from tests.support.hostile.catalogue import CASES
+from tests.support.hostile.running import run
 
-CASES = [case for module in (problems, tables, targets, graphs, plans, places) for case in module.CASES]
 PEAK_BYTES = 1 << 30
 IDS = [re.sub(r"\W+", "-", case.name) for case in CASES]
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from tests.whole.hostile.cases import Case, Content
+from tests.support.hostile.cases import Case, Content
 
 
 def graph(operations: int, edges: Iterable[Sequence[int]], **more: Any) -> str:
