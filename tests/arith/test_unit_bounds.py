@@ -12,8 +12,9 @@ from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.plan.model import dependence_order
-from tests.support.corpus import PROBLEMS, inputs_of, problem_path
+from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
 from tests.support.plans import planned
+from tests.support.selection import quick
 
 ROWS = 50
 SLACK = 2.0**-50
@@ -90,7 +91,7 @@ def check(operation, unit, operands, words, formats):
             assert np.all(np.abs(got - want) <= bound + rounding + SLACK * (1 + np.abs(want)))
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_every_unit_is_within_its_bound(name: str) -> None:
     plan = planned(problem_path(name), target="fixed24")
     arithmetic = machine_of(plan)

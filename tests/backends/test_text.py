@@ -17,6 +17,7 @@ from cordicc.cli.main import main
 from cordicc.plan.file import dump
 from cordicc.plan.model import Plan, Selection
 from tests.support.paths import EXAMPLES
+from tests.support.plans import compiled
 
 
 def run(*arguments: object) -> Result:
@@ -25,7 +26,7 @@ def run(*arguments: object) -> Result:
 
 @pytest.fixture(scope="module")
 def planar() -> Plan:
-    return cordicc.compile(EXAMPLES / "planar_2r.yaml")
+    return compiled(EXAMPLES / "planar_2r.yaml")
 
 
 CASES = {
@@ -40,7 +41,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_explanations(case: str, golden) -> None:
     example, options = CASES[case]
-    plan = cordicc.compile(EXAMPLES / f"{example}.yaml", **options)
+    plan = compiled(EXAMPLES / f"{example}.yaml", **options)
     golden(f"explain/{case}.txt", plain(explanation(plan)))
 
 
@@ -109,7 +110,7 @@ def written(path: Path, plan: Plan) -> Path:
 
 
 def test_diff(planar: Plan, tmp_path: Path) -> None:
-    other = cordicc.compile(EXAMPLES / "planar_2r.yaml", target="krieger96", units="standard")
+    other = compiled(EXAMPLES / "planar_2r.yaml", target="krieger96", units="standard")
     first, second = written(tmp_path / "a.json", planar), written(tmp_path / "b.json", other)
     same = run("diff", first, first)
     assert (same.exit_code, same.stdout) == (0, "planar-2r on kinematic: the plans are the same\n")

@@ -12,6 +12,9 @@ from tests.support.paths import CORPUS
 PROBLEMS = tuple(sorted(p.stem for p in CORPUS.glob("*.yaml") if not p.stem.startswith("rej_")))
 REFUSED = tuple(sorted(p.stem for p in CORPUS.glob("rej_*.yaml")))
 
+VARIED = ("planar_2r", "four_bar", "catenary", "lorentz_boost", "mecanum", "wrist_zyz")
+"""Small problems that differ: implicit and standard units of each system, lightcones, sums of products."""
+
 
 def problem_path(name: str) -> Path:
     """Return the file of a problem."""

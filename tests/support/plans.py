@@ -32,11 +32,10 @@ _seen: dict[str, cordicc.Plan] = {}
 
 def compiled(path: Path, **options: Any) -> cordicc.Plan:
     """Return what `cordicc.compile` makes of a problem file; `options` are the same."""
-
-    def made() -> PlanData:
-        return judged(Compiled(_chosen(path, options), ()), options.get("certify")).plan
-
-    return _kept("compiled", path, options, made)
+    asked = _request(**options)
+    return _kept(
+        "compiled", path, asked, lambda: judged(Compiled(_chosen(path, asked), ()), asked.certify).plan
+    )
 
 
 def planned(path: Path, *, ii: int = 1, **options: Any) -> cordicc.Plan:
@@ -45,21 +44,13 @@ def planned(path: Path, *, ii: int = 1, **options: Any) -> cordicc.Plan:
     For another interval the operations that were chosen for interval 1 are only placed anew, on which they
     are seldom the cheapest.
     """
-    first = _chosen(path, options)
+    first = _chosen(path, _request(**options))
     if ii == 1:
         return first
     asked = _request(ii=ii, **options)
     limits = replace(asked.limits, effort=asked.limits.effort.times(asked.effort))
-
-    def placed() -> PlanData:
-        return place(replace(first, options={**first.options, "ii": ii}), limits)
-
-    return _kept("placed", path, {"ii": ii, **options}, placed)
-
-
-def _chosen(path: Path, options: dict[str, Any]) -> cordicc.Plan:
-    """Return the plan of a file before it is run."""
-    return _kept("planned", path, options, lambda: plan_file(path, _request(**options)).plan)
+    again = replace(first, options={**first.options, "ii": ii})
+    return _kept("placed", path, asked, lambda: place(again, limits))
 
 
 def _request(
@@ -75,9 +66,14 @@ def _request(
     return Options(target, units, Limits(minimize, ii), certify, copies, effort)
 
 
-def _kept(kind: str, path: Path, options: dict[str, Any], make: Callable[[], PlanData]) -> cordicc.Plan:
+def _chosen(path: Path, asked: Options) -> cordicc.Plan:
+    """Return the plan of a file before it is run."""
+    return _kept("planned", path, asked, lambda: plan_file(path, asked).plan)
+
+
+def _kept(kind: str, path: Path, asked: Options, make: Callable[[], PlanData]) -> cordicc.Plan:
     """Return the plan of a key, from memory, from the folder, or made."""
-    key = _key(kind, path, options)
+    key = _key(kind, path, asked)
     if key not in _seen:
         folder = os.environ.get(FOLDER)
         _seen[key] = cordicc.Plan.of(make()) if folder is None else _in_folder(Path(folder) / key, make)
@@ -97,13 +93,12 @@ def _in_folder(file: Path, make: Callable[[], PlanData]) -> cordicc.Plan:
         return made
 
 
-def _key(kind: str, path: Path, options: dict[str, Any]) -> str:
+def _key(kind: str, path: Path, asked: Options) -> str:
     text = path.read_text(encoding="utf-8")
     named = [other.read_bytes() for other in sorted(path.parent.iterdir()) if other.name in text]
-    target = Path(str(options.get("target", "")))
-    own = [target.read_bytes()] if target.is_file() else []
-    digest = sha256(repr((_source(), kind, path.name, text, sorted(options.items()), named, own)).encode())
-    return digest.hexdigest()[:32]
+    own_target = Path(asked.target).read_bytes() if Path(asked.target).is_file() else b""
+    parts = (_source(), kind, path.name, text, named, repr(asked), own_target)
+    return sha256(repr(parts).encode()).hexdigest()[:32]
 
 
 @cache
