@@ -21,6 +21,7 @@ from cordicc.ir.text import parse_graph
 from tests.cli.test_cli import EXAMPLES, run
 from tests.support.paths import CORPUS
 from tests.support.plans import compiled
+from tests.support.selection import slow
 
 PROBLEMS = sorted(path.stem for path in CORPUS.glob("*.yaml") if not path.stem.startswith("rej_"))
 
@@ -161,6 +162,7 @@ def test_search_finds_no_smaller_error(file: Path) -> None:
     assert run(*command).stdout == text
 
 
+@pytest.mark.exhaustive(reason="compiles the PUMA 560 for a line of text")
 def test_inputs_that_depend_on_one_another_are_not_searched() -> None:
     text = run("simulate", EXAMPLES / "puma560.yaml", "--random", 50, "--report").stdout
     plan = compiled(EXAMPLES / "puma560.yaml")
@@ -239,7 +241,7 @@ def test_reference_options(file: Path) -> None:
         assert run("simulate", file, *options).exit_code == 2
 
 
-@pytest.mark.parametrize("name", ["planar_2r", "puma560"])
+@pytest.mark.parametrize("name", ["planar_2r", slow("puma560")])
 def test_compare_with_golden_data(name: str, tmp_path: Path) -> None:
     files = (CORPUS / f"{name}.inputs.csv", CORPUS / f"{name}.expected.csv")
     plan = tmp_path / "plan.json"
