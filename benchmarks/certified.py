@@ -38,13 +38,11 @@ from cordicc.certify.predicates import meets
 from cordicc.certify.sweep import errors, forward
 from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
-from cordicc.emulate.observation import exact, machine_of
+from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.text import parse_graph
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import Plan
-from cordicc.plan.problem_record import UNIT_PROGRAM
 from cordicc.targets.target import CAU_KINDS
 
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "whole" / "corpus"
@@ -160,7 +158,7 @@ def measured(run: Run, count: int, corpus: Columns) -> tuple[dict[str, Seen], in
     limits = {output: math.inf if b.value is None else b.value for output, b in run.bounds.items()}
     valid = 0
     first: dict[str, Floats] = {}
-    for points in sampling.draw_parts(run.plan.problem, count, 1, BLOCK):
+    for points in sampling.draw_parts(run.plan.problem.workspace, count, 1, BLOCK):
         results = simulated(run, points)
         valid += int(results["valid"].sum())
         first = first or {name: column[results["valid"]][:2000] for name, column in points.items()}
@@ -174,7 +172,7 @@ def measured(run: Run, count: int, corpus: Columns) -> tuple[dict[str, Seen], in
         each.share = float(inside(run.net, {output: run.bounds[output].where}, corpus)[output].mean())
         rows = {name: np.array([row[name] for _, row in each.rows]) for name in run.net.inputs}
         each.beyond += high_precision_beyond(run, [output], rows)[output]
-    drawn = sampling.draw(run.plan.problem, count, 1)
+    drawn = sampling.draw(run.plan.problem.workspace, count, 1)
     rows = {name: column[:FIRST_ROWS] for name, column in drawn.items()}
     for output, beyond in high_precision_beyond(run, list(seen), rows).items():
         seen[output].beyond += beyond
@@ -210,10 +208,10 @@ def main() -> int:
         begin = time.perf_counter()
         bounds = bounds_of(plan)
         seconds = time.perf_counter() - begin
-        net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], name))
+        net = network(plan)
         caus = sum(operation.kind in CAU_KINDS for operation in plan.operations)
         long = available() and options.samples * caus > COMPILED_FROM
-        machine = compiled_arithmetic(machine_of(plan)) if long else machine_of(plan)
+        machine = compiled_arithmetic(plan.arithmetic) if long else plan.arithmetic
         run = Run(plan, net, bounds, machine)
         seen, valid = measured(run, options.samples, table(CORPUS / f"{name}.inputs.csv"))
         for output, each in seen.items():

@@ -33,11 +33,11 @@ def worst_share(plan: cordicc.Plan, name: str) -> float:
     if not outputs["valid"].all():
         return math.inf
     worst = 0.0
-    for output in plan.problem["outputs"]:
-        error = np.abs(outputs[output["name"]] - expected[output["name"]])
-        if output["angle"]:
+    for output in plan.problem.outputs:
+        error = np.abs(outputs[output.name] - expected[output.name])
+        if output.is_angle:
             error = np.minimum(error, np.abs(error - math.tau))
-        worst = max(worst, float(np.max(error / expected[f"tol_{output['name']}"])))
+        worst = max(worst, float(np.max(error / expected[f"tol_{output.name}"])))
     return worst
 
 

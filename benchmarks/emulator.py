@@ -22,6 +22,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,6 @@ from cordicc.arith.numbers.formats import PI_SLACK
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import implicit_table, standard_table
 from cordicc.emulate import functional
-from cordicc.emulate.observation import machine_of
 from cordicc.ir.sampling import draw
 from cordicc.plan.model import Operand, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -89,9 +89,9 @@ def pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 def shortened(plan: cordicc.Plan) -> cordicc.Plan:
     """Return the plan with units of `STAGES` iterations."""
-    target = copy.deepcopy(plan.target)
-    target["arithmetic"]["units"]["standard"]["iterations"] = STAGES
-    return replace(plan, target=target)
+    spec: Any = copy.deepcopy(plan.arithmetic.spec)
+    spec["units"]["standard"]["iterations"] = STAGES
+    return replace(plan, target=replace(plan.target, arithmetic=Arithmetic.from_spec(spec)))
 
 
 def constants(machine: Arithmetic, steps: int) -> str:
@@ -140,7 +140,7 @@ def calls(plan: cordicc.Plan) -> str:
         assert each.constant is not None
         return fixed.setdefault(each.constant, f"k{len(fixed)}")
 
-    inputs = [str(item["name"]) for item in plan.problem["inputs"]]
+    inputs = plan.problem.input_names
     lines = []
     for at, name in enumerate(inputs):
         names[name] = f"v{len(names)}"
@@ -148,10 +148,10 @@ def calls(plan: cordicc.Plan) -> str:
     for operation in dependence_order(plan):
         values = [operand(each) for each in operation.operands]
         if operation.op == "cmul":
-            values.append(operand(Operand(constant=operation.params["factor"])))
+            values.append(operand(Operand(constant=str(operation.params["factor"]))))
         if operation.op in ("vector", "implicit"):
             assert operation.params["m"] == 1
-            sign = operation.params.get("sign") or {"+": 1, "-": -1}[operation.params["branch"]]
+            sign = operation.params.get("sign") or {"+": 1, "-": -1}[str(operation.params["branch"])]
             values.append(str(sign))
         for result in operation.results:
             made = f"v{len(names)}"
@@ -172,7 +172,7 @@ def calls(plan: cordicc.Plan) -> str:
 
 
 def hand_written(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[[], Answer]:
-    machine = machine_of(plan)
+    machine = plan.arithmetic
     here = folder / f"{plan.name}.hand"
     here.mkdir()
     (here / "constants.h").write_text(
@@ -180,7 +180,7 @@ def hand_written(folder: Path, plan: cordicc.Plan, samples: Answer) -> Callable[
     )
     (here / "calls.h").write_text(calls(plan), encoding="utf-8")
     run = library(here, "hand", HAND_WRITTEN.read_text(encoding="utf-8")).run
-    columns = [np.ascontiguousarray(samples[item["name"]]) for item in plan.problem["inputs"]]
+    columns = [np.ascontiguousarray(samples[name]) for name in plan.problem.input_names]
     out = {name: np.empty(columns[0].size) for name in plan.outputs}
     ins, outs = ((ctypes.c_void_p * len(a))(*(c.ctypes.data for c in a)) for a in (columns, out.values()))
 
@@ -254,8 +254,8 @@ def main() -> int:
         vectoring = shortened(cordicc.compile(folder / "vectoring.yaml"))
         puma = cordicc.compile(CORPUS / "puma560.yaml")
         for title, plan in (("24-stage vectoring unit", vectoring), ("PUMA 560", puma)):
-            samples = draw(plan.problem, args.samples, 0)
-            machine = machine_of(plan)
+            samples = draw(plan.problem.workspace, args.samples, 0)
+            machine = plan.arithmetic
             runs: dict[str, Callable[[], Answer]] = {"NumPy": _emulator(plan, machine, samples)}
             if available():
                 runs["numba"] = _emulator(plan, compiled_arithmetic(machine), samples)

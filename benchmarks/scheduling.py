@@ -22,7 +22,6 @@ from pathlib import Path
 
 from cordicc.base.diagnostics import Unattainable
 from cordicc.emulate import cycle, functional
-from cordicc.emulate.observation import machine_of
 from cordicc.ir import sampling
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import Plan
@@ -77,7 +76,7 @@ def figure(plan: Plan, name: str, value: int) -> str:
 def check(plan: Plan) -> None:
     """Verify a plan, and that it gives the same bits clock by clock as operation by operation."""
     verify(plan)
-    arithmetic, samples = machine_of(plan), sampling.draw(plan.problem, _SAMPLES, 0)
+    arithmetic, samples = plan.arithmetic, sampling.draw(plan.problem.workspace, _SAMPLES, 0)
     clocked = cycle.run(plan, arithmetic, samples)
     for name, column in functional.run(plan, arithmetic, samples).items():
         assert column.tobytes() == clocked[name].tobytes(), name

@@ -20,7 +20,6 @@ from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.files import read_text, write_file
 from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.observation import machine_of
 from cordicc.ir.problem import Problem
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import Plan as PlanData
@@ -80,10 +79,10 @@ class Plan(PlanData):
         """
         run = cycle_run.run if cycle_accurate else functional_run.run
         arrays = self._arrays(inputs)
-        return run(self, machine_of(self), arrays)
+        return run(self, self.arithmetic, arrays)
 
     def _arrays(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.float64]]:
-        names = [item["name"] for item in self.problem["inputs"]]
+        names = self.problem.input_names
         wrong = [f"input '{n}' is missing" for n in names if n not in inputs]
         wrong += [f"there is no input '{n}'" for n in inputs if n not in names]
         arrays = {n: np.atleast_1d(np.asarray(inputs[n], dtype=np.float64)) for n in names if n in inputs}
@@ -160,4 +159,4 @@ def load_plan(path: str | Path) -> Plan:
     # Unlike the methods of Path these functions raise nothing for a name that is too long.
     if isdir(file) and isfile(file / "plan.json"):
         file = file / "plan.json"
-    return Plan.of(pipeline.check_plan(parse(read_text(file), str(file)), str(file)))
+    return Plan.of(pipeline.check_plan(parse(read_text(file), str(file))))

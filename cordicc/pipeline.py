@@ -9,26 +9,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.observation import DEFAULT_SEED, machine_of, observe, with_warnings
+from cordicc.emulate.observation import DEFAULT_SEED, observe, with_warnings
 from cordicc.frontend.domain import check_domain, check_meaning, input_intervals
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
-from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.assemble import assemble
 from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan.copies import replicated
-from cordicc.plan.file import dump
+from cordicc.plan.file import contradiction, dump
 from cordicc.plan.model import Plan, Selection
-from cordicc.plan.problem_record import UNIT_PROGRAM, problem_data
+from cordicc.plan.origin import PlanOptions, PlanProblem
 from cordicc.plan.verify import verify as verify_plan
 from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, checked, exceptions, widened
 from cordicc.rewrite.cheapest import Choice, cheapest
@@ -114,7 +113,7 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
-    fixed_point = isinstance(machine_of(plan).system, FixedSystem)
+    fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
     if allowed or (fixed_point if certify is None else certify):
         from cordicc.certify.plans import bounds_of, with_bounds
 
@@ -220,7 +219,7 @@ def _assembled(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnosti
     selection = Selection(choice.searched, choice.proven, choice.facts)
     warnings, graph = tuple(loaded.warnings), choice.graph
     if not isinstance(target.machine().system, FixedSystem):
-        record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
+        record = PlanProblem.of(loaded.problem, warnings)
         plan = assemble(
             graph,
             target,
@@ -236,7 +235,7 @@ def _assembled(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnosti
 
     held = magnitudes(loaded.problem, loaded.source, graph)
     warnings = (*warnings, *held.warnings)
-    record = problem_data(loaded.problem, warnings) | {UNIT_PROGRAM: print_graph(graph)}
+    record = PlanProblem.of(loaded.problem, warnings)
 
     def plan_for(target: Target) -> Plan:
         system = target.machine().system
@@ -347,22 +346,22 @@ def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
     return (True, False) if shared else (True,)
 
 
-def _recorded(path: Path, options: Options) -> dict[str, Any]:
+def _recorded(path: Path, options: Options) -> PlanOptions:
     limits = options.limits
-    return {
-        "file": path.name,
-        "target": options.target if options.target.isidentifier() else Path(options.target).name,
-        "units": options.units,
-        "minimize": limits.minimize,
-        "ii": limits.initiation_interval,
-        "max_processors": limits.max_processors,
-        "max_latency": limits.max_latency,
-        "certify": options.certify,
-        "effort": None if options.effort == 1 else options.effort,
-    }
+    return PlanOptions(
+        file=path.name,
+        target=options.target if options.target.isidentifier() else Path(options.target).name,
+        units=options.units,
+        minimize=limits.minimize,
+        ii=limits.initiation_interval,
+        max_processors=limits.max_processors,
+        max_latency=limits.max_latency,
+        certify=options.certify,
+        effort=None if options.effort == 1 else options.effort,
+    )
 
 
-def check_plan(plan: Plan, name: str) -> Plan:
+def check_plan(plan: Plan) -> Plan:
     """Return a plan that was read back, with its schedule, wiring and arithmetic verified.
 
     Raises:
@@ -373,19 +372,16 @@ def check_plan(plan: Plan, name: str) -> Plan:
         check_problem(plan)
         check_operations(plan)
         verify_plan(plan)
-        program = parse_graph(plan.problem["program"], name)
+        program = plan.problem.program
         verify_graph(program)
-        inputs = {str(node.params[0]) for node in program.nodes if node.op == "input"}
-        assert inputs == {item["name"] for item in plan.problem["inputs"]}, "the inputs of the program differ"
+        inputs = {node.name for node in program.nodes if node.op == "input"}
+        assert inputs == set(plan.problem.input_names), "the inputs of the program differ"
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
-        arithmetic = machine_of(plan)
-        check_formats(plan, arithmetic)
+        check_formats(plan)
         from cordicc.certify.plans import StatedBounds
 
         StatedBounds.of(plan)
-        functional_run.run(plan, arithmetic, sampling.draw(plan.problem, 1, DEFAULT_SEED))
+        functional_run.run(plan, plan.arithmetic, sampling.draw(plan.problem.workspace, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
-        reason = (str(error).splitlines() or ["malformed"])[0][:500]
-        message = f"the plan contradicts itself: {reason}"
-        raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
+        raise contradiction((str(error).splitlines() or ["malformed"])[0][:500]) from None
     return plan

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
 
 from cordicc.backends.palette import LOOKS
 from cordicc.plan.model import Fifo, Operand, Operation, Plan
+from cordicc.plan.stated_accuracy import StatedBound
 
 SYMBOLS = {
     "add": "+", "sub": "−", "mul": "×", "neg": "−1×", "abs": "|a|", "sign": "sgn", "min": "min", "max": "max",
@@ -38,10 +37,9 @@ MOST = "99 %"
 """The share of valid samples whose own bounds are shown."""
 
 
-def most_within(bound: Mapping[str, Any] | None) -> float | None:
+def most_within(bound: StatedBound | None) -> float | None:
     """Return the bound within which the own bounds of so many samples are, if a plan states one."""
-    within: float | None = ((bound or {}).get("own_bounds") or {}).get("0.99")
-    return within
+    return None if bound is None or bound.own_bounds is None else bound.own_bounds.get("0.99")
 
 
 def constant(text: str) -> str:
@@ -135,12 +133,6 @@ def fifo_tip(fifo: Fifo) -> str:
     )
 
 
-def clock_hz(plan: Plan) -> float | None:
-    """Return the target's clock, None if the plan has none."""
-    value = plan.target.get("clock_hz")
-    return float(value) if isinstance(value, (int, float)) and value > 0 else None
-
-
 def seconds(count: float, clock: float) -> str:
     """Write a time of `count` cycles with a fitting unit."""
     time = count / clock
@@ -155,12 +147,10 @@ def headline(plan: Plan) -> str:
     kinds = [unit.kind for unit in plan.units]
     counts = [f"{kinds.count(kind)} {kind}" for kind in CAU_KINDS if kind in kinds]
     total = sum(kind in CAU_KINDS for kind in kinds)
-    clock = clock_hz(plan)
-    time = f" ({seconds(plan.latency_cycles, clock)})" if clock else ""
     parts = [
-        str(plan.target.get("name", "")),
+        plan.target.name,
         f"{total} CAU{'' if total == 1 else 's'}" + (f" ({', '.join(counts)})" if counts else ""),
-        f"latency {plan.latency_cycles} cycles{time}",
+        f"latency {plan.latency_cycles} cycles ({seconds(plan.latency_cycles, plan.clock_hz)})",
         f"initiation interval {plan.initiation_interval}",
         f"{sum(fifo.depth for fifo in plan.fifos)} FIFO words",
     ]

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.error_network import Network, Step
-from cordicc.certify.predicates import Predicate, margin, own_bound, singular
+from cordicc.certify.predicates import margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import Forward, errors, forward, least_square
 from cordicc.emulate.climb import climb_all, climbing
+from cordicc.plan.stated_accuracy import Predicate
 
 _OCTAVES = 11
 """A margin 2^-11 of the median is demanded, an own bound 2^11 of the median is allowed.

@@ -94,15 +94,17 @@ class Network:
         return tuple(reversed(found))
 
 
-def network(plan: Plan, graph: Graph) -> Network:
-    """Return the network of a plan and of the graph of unit operations it was made from."""
-    arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
+def network(plan: Plan) -> Network:
+    """Return the network of a plan that holds its unit program."""
+    graph = plan.unit_program
+    assert graph is not None
+    arithmetic = plan.arithmetic
     formats = Formats.of(plan, arithmetic)
     operations = {operation.id: operation for operation in plan.operations}
     made = [i for i, node in enumerate(graph.nodes) if node.definition.level is not Level.LEAF]
-    ranges = {i["name"]: Interval(i["lo"], i["hi"]) for i in plan.problem["inputs"]}
+    ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
     enclosures = contracted(graph, value_ranges(graph, ranges))
-    angles = {output["name"]: output["angle"] for output in plan.problem["outputs"]}
+    angles = plan.problem.angles
     whole_turns = _whole_turns(graph, angles)
     proven: dict[str, Interval] = {}
     steps = []
@@ -116,7 +118,7 @@ def network(plan: Plan, graph: Graph) -> Network:
         turns = tuple(Value(index, result) in whole_turns for result in range(len(operation.results)))
         factor = None
         if node.op == "cmul":
-            factor = _constant(arithmetic, operation.params["factor"], Fraction(node.params[0]))
+            factor = _constant(arithmetic, str(operation.params["factor"]), Fraction(node.params[0]))
         for name, interval, free in zip(operation.results, enclosures[index], turns, strict=True):
             if name is not None and interval is not None and not free:
                 proven[name] = interval
@@ -237,7 +239,7 @@ def _exact(arithmetic: Arithmetic, formats: Formats, operation: Operation) -> bo
         case "mul":
             first += others[0]
         case "cmul":
-            first += fraction(Operand(constant=operation.params["factor"]))
+            first += fraction(Operand(constant=str(operation.params["factor"])))
         case "shift":
             first -= int(operation.params["exponent"])
         case "add" | "sub" | "min" | "max":

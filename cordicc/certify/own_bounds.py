@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from cordicc.certify.boxes import Boxes, Floats
 from cordicc.certify.error_network import Network
-from cordicc.certify.predicates import Predicate, meets
+from cordicc.certify.predicates import meets
 from cordicc.certify.sweep import Forward, errors, forward
+from cordicc.plan.stated_accuracy import Predicate
 
 Samples = Mapping[str, Floats]
 """By input, float64 of shape (n,): samples that are valid in the equations and in the simulation."""

@@ -5,23 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.certify.boxes import Floats
 from cordicc.certify.certificate import Bound, certify
 from cordicc.certify.error_network import Network, network
 from cordicc.certify.own_bounds import inside, own_bounds
-from cordicc.certify.predicates import OWN_BOUND, Predicate, singular
+from cordicc.certify.predicates import OWN_BOUND, singular
 from cordicc.certify.twins import twins
 from cordicc.emulate import functional
 from cordicc.ir import sampling
-from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Plan
-from cordicc.plan.problem_record import UNIT_PROGRAM
+from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
 
 SAMPLES = 10_000
 """Of which the plan states the share that is inside, with seed 0; thresholds follow from the first ones."""
@@ -41,11 +38,10 @@ def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str
         plan: the plan.
         wanted: by output, a bound that suffices, see `certify`.
     """
-    inputs = sampling.draw(plan.problem, SAMPLES, 0)
+    inputs = sampling.draw(plan.problem.workspace, SAMPLES, 0)
     chosen = {name: column[:_CHOOSING] for name, column in inputs.items()}
-    arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
-    valid = functional.run(plan, arithmetic, chosen)["valid"]
-    net = network_of(plan)
+    valid = functional.run(plan, plan.arithmetic, chosen)["valid"]
+    net = network(plan)
     alike = twins(net, wanted or {})
     part = alike.representatives(net)
     allowed = {name: bound for name, bound in (wanted or {}).items() if name in part.outputs}
@@ -58,39 +54,33 @@ def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
 
     That is, for how many of them each bound holds, and which own bounds most of them have.
     """
-    inputs = sampling.draw(plan.problem, SAMPLES, 0)
-    valid = functional.run(plan, Arithmetic.from_spec(plan.target["arithmetic"]), inputs)["valid"]
+    inputs = sampling.draw(plan.problem.workspace, SAMPLES, 0)
+    valid = functional.run(plan, plan.arithmetic, inputs)["valid"]
     kept = {name: column[valid] for name, column in inputs.items()}
-    net = network_of(plan)
+    net = network(plan)
     held = inside(net, {name: bound.where for name, bound in bounds.items()}, kept)
     own = own_bounds(net, list(bounds), kept)
     accuracy = {
-        name: {**figures, **_spec(bounds[name], held[name], own[name])}
+        name: _stated(figures.observed, bounds[name], held[name], own[name])
         for name, figures in plan.accuracy.items()
     }
     return replace(plan, accuracy=accuracy)
 
 
-def network_of(plan: Plan) -> Network:
-    """Return the operations of a plan that holds its unit program."""
-    return network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
-
-
-def _spec(bound: Bound, held: NDArray[np.bool_], own: Floats) -> dict[str, Any]:
-    """Return what a plan records of a bound, given for which samples it holds and their own bounds."""
+def _stated(seen: SeenErrors, bound: Bound, held: NDArray[np.bool_], own: Floats) -> OutputAccuracy:
+    """Return the record of an output, given for which samples its bound holds and their own bounds."""
     if bound.value is None:
-        return {"bound": None, "bound_reason": bound.reason}
+        return OutputAccuracy(seen, None, bound.reason or "")
     ordered = np.sort(np.where(held, np.fmin(own, bound.value), own)).tolist()
     least = {str(share): ordered[math.ceil(share * len(ordered)) - 1] for share in OWN_SHARES if ordered}
-    return {
-        "bound": {
-            "value": bound.value,
-            "where": " and ".join(p.text for p in bound.where) or EVERYWHERE,
-            "conditions": [p.spec() for p in bound.where],
-            "share_of_samples": float(held.mean()) if held.size else 0.0,
-            "own_bounds": {share: value if math.isfinite(value) else None for share, value in least.items()},
-        }
-    }
+    stated = StatedBound(
+        value=bound.value,
+        where=" and ".join(p.text for p in bound.where) or EVERYWHERE,
+        share_of_samples=float(held.mean()) if held.size else 0.0,
+        conditions=bound.where,
+        own_bounds={share: value if math.isfinite(value) else None for share, value in least.items()},
+    )
+    return OutputAccuracy(seen, stated)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,20 +97,20 @@ class StatedBounds:
 
         Raises ValueError or LookupError for a condition that is none of the plan's operations.
         """
-        bounds = {name: figures["bound"] for name, figures in plan.accuracy.items()}
-        stated = {
-            name: bound for name, bound in bounds.items() if bound is not None and "conditions" in bound
-        }
-        if not stated:
+        values: dict[str, float] = {}
+        conditions: dict[str, tuple[Predicate, ...]] = {}
+        for name, figures in plan.accuracy.items():
+            if figures.bound is not None and figures.bound.conditions is not None:
+                values[name], conditions[name] = figures.bound.value, figures.bound.conditions
+        if not values:
             return None
-        net = network_of(plan)
-        conditions = {n: tuple(Predicate(**c) for c in bound["conditions"]) for n, bound in stated.items()}
+        net = network(plan)
         for name, wanted in conditions.items():
             possible = {step.id for step in net.upstream(name) if singular(step)}
             for condition in wanted:
                 if condition.kind != OWN_BOUND and condition.operation not in possible:
                     raise ValueError(f"the bound of '{name}' has a condition on '{condition.operation}'")
-        return cls(net, {name: float(bound["value"]) for name, bound in stated.items()}, conditions)
+        return cls(net, values, conditions)
 
     def inside(self, inputs: Mapping[str, Floats]) -> dict[str, NDArray[np.bool_]]:
         """Return, by output with a bound, which samples meet the conditions under which it holds.

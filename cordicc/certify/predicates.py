@@ -9,8 +9,6 @@ that the sample's own bound, from enclosures of this sample alone, is at most th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,27 +16,9 @@ from numpy.typing import NDArray
 from cordicc.certify.error_network import Network, Step
 from cordicc.certify.operator_models import CHOOSER
 from cordicc.certify.sweep import Forward, errors
+from cordicc.plan.stated_accuracy import Predicate
 
 OWN_BOUND = "own bound"
-
-
-@dataclass(frozen=True, slots=True)
-class Predicate:
-    """The margin of an operation is at least a threshold; or the sample's own bound is at most that."""
-
-    kind: str
-    threshold: float
-    text: str
-    operation: str | None = None
-
-    def spec(self) -> dict[str, Any]:
-        """Return the plain data that a plan holds."""
-        return {
-            "kind": self.kind,
-            "threshold": self.threshold,
-            "text": self.text,
-            "operation": self.operation,
-        }
 
 
 _KINDS = {

@@ -16,7 +16,6 @@ from cordicc.certify.plans import StatedBounds
 from cordicc.cli.simulate import Run, again, dumped, print_told
 from cordicc.emulate.expected import TOLERANCE, Allowed, Verdict, check_golden
 from cordicc.emulate.long_run import Samples
-from cordicc.emulate.observation import angles_of
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.plan.model import Plan
 
@@ -31,7 +30,7 @@ def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | No
     proven of the row: the plan's bound where it holds, or the row's own if that is less; where neither is
     there, twice the largest error observed.
     """
-    plan, angles = run.plan, angles_of(run.plan.problem)
+    plan, angles = run.plan, run.plan.problem.angles
     table = read_table(inputs, Columns(run.inputs))
     own = [TOLERANCE + name for name in angles] if tolerance is None else []
     optional = [*own, "valid"]
@@ -66,12 +65,13 @@ class _Limit(NamedTuple):
 
 
 def _limit(plan: Plan, output: str) -> _Limit:
-    record = plan.accuracy.get(output) or {}
-    bound, seen = record.get("bound"), record.get("observed") or {}
-    usual = _MARGIN * float(seen.get("max") or 0.0)
-    if bound is None or "conditions" not in bound:
+    figures = plan.accuracy.get(output)
+    if figures is None:
+        return _Limit(None, 0.0)
+    usual = _MARGIN * (figures.observed.max or 0.0)
+    if figures.bound is None or figures.bound.conditions is None:
         return _Limit(None, usual)
-    return _Limit(float(bound["value"]), usual)
+    return _Limit(figures.bound.value, usual)
 
 
 def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
@@ -94,12 +94,12 @@ def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
 
 def _verdict_sheet(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | None]) -> Sheet:
     agrees = "as expected" if verdict.agrees else "not as expected"
-    title = f"{plan.name} on {plan.target['name']}: {count(verdict.rows, 'row')}, {agrees}"
+    title = f"{plan.name} on {plan.target.name}: {count(verdict.rows, 'row')}, {agrees}"
     lines = []
     if verdict.validity:
         rows = count(verdict.validity, "row")
         lines.append(f"  {rows} valid in one alone, first row {verdict.first_invalid}")
-    angles = angles_of(plan.problem)
+    angles = plan.problem.angles
     for name, errors in verdict.differences.items():
         unit = " rad" if angles[name] else ""
         limit = limits[name]
@@ -138,7 +138,7 @@ def _verdict_json(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | No
     return dumped(
         {
             "name": plan.name,
-            "target": plan.target["name"],
+            "target": plan.target.name,
             "rows": verdict.rows,
             "not_compared": [name for name in plan.outputs if name not in limits],
             "agrees": verdict.agrees,

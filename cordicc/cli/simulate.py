@@ -16,19 +16,19 @@ import numpy as np
 from cordicc.backends.text.summary import comparison_data, comparison_sheet, count
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.text_tables import Sheet
+from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import own_bounds
-from cordicc.certify.plans import StatedBounds, network_of
+from cordicc.certify.plans import StatedBounds
 from cordicc.cli.console import Progress, show
 from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, Report, Samples, run_parts
-from cordicc.emulate.observation import DEFAULT_SAMPLES, angles_of, machine_of, reference_samples
+from cordicc.emulate.observation import DEFAULT_SAMPLES, reference_samples
 from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.sampling import draw_parts
-from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Plan
 
 BOUND = "bound_"
@@ -52,7 +52,7 @@ class Run(NamedTuple):
     @property
     def inputs(self) -> list[str]:
         """Return the names of the inputs."""
-        return [item["name"] for item in self.plan.problem["inputs"]]
+        return list(self.plan.problem.input_names)
 
     @property
     def columns(self) -> list[str]:
@@ -71,7 +71,7 @@ class Run(NamedTuple):
 
     def simulator(self, first: Samples, total: int) -> Callable[[Samples], dict[str, Any]]:
         """Return what runs a part, fit for about `total` samples of which `first` are the first."""
-        machine = machine_of(self.plan)
+        machine = self.plan.arithmetic
         if self.cycle_accurate:
             return partial(cycle.run, self.plan, machine)
         return partial(functional.run, self.plan, functional.accelerated(self.plan, machine, first, total))
@@ -105,7 +105,7 @@ def run_samples(
     if inputs is None:
         total: int | None = random or DEFAULT_SAMPLES
         expected = random or DEFAULT_SAMPLES
-        parts = draw_parts(plan.problem, expected, seed, PART_ROWS)
+        parts = draw_parts(plan.problem.workspace, expected, seed, PART_ROWS)
     else:
         table = read_table(inputs, Columns(run.inputs))
         run.tell(table.warnings)
@@ -123,7 +123,7 @@ def run_samples(
             told: str | Sheet = _only_run(run, stream, each, take, progress)
             beyond: list[Diagnostic] = []
         else:
-            graph, angles = parse_graph(plan.problem["program"], "plan.json"), angles_of(plan.problem)
+            graph, angles = plan.problem.program, plan.problem.angles
             precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
             limits = None if stated is None else Limits(stated.values, stated.inside)
@@ -146,7 +146,7 @@ def _with_own_bounds(
     Raises InvalidInput for a plan without the operations that a proof needs, or with those of another.
     """
     try:
-        net = network_of(plan)
+        net = network(plan)
     except (AssertionError, LookupError, ValueError):
         message = "the plan has no unit program of its operations, without which nothing can be proven"
         raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
@@ -227,26 +227,26 @@ def _only_run(
         samples, valid = samples + len(outputs["valid"]), valid + int(outputs["valid"].sum())
         progress.reached(samples)
     if run.as_json:
-        data = {"name": run.plan.name, "target": run.plan.target["name"], "samples": samples, "valid": valid}
+        data = {"name": run.plan.name, "target": run.plan.target.name, "samples": samples, "valid": valid}
         return dumped(data)
-    return Sheet(f"{run.plan.name} on {run.plan.target['name']}: {count(samples, 'sample')}, {valid} valid")
+    return Sheet(f"{run.plan.name} on {run.plan.target.name}: {count(samples, 'sample')}, {valid} valid")
 
 
 def _search(
     plan: Plan, report: Report, simulate: Callable[[Samples], dict[str, Any]]
 ) -> dict[str, Worst | None] | None:
     """Search for larger errors of each output; None where inputs depend on one another."""
-    if plan.problem.get("samples"):
+    if plan.problem.samples is not None:
         return None
-    graph = parse_graph(plan.problem["program"], "plan.json")
-    ranges = {item["name"]: Interval(item["lo"], item["hi"]) for item in plan.problem["inputs"]}
+    graph = plan.problem.program
+    ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
     inside = {
         name: [w for w in worst if all(each.lo <= w.inputs[n] <= each.hi for n, each in ranges.items())]
         for name, worst in report.worst.items()
     }
     return {
         name: extremes.search(graph, is_angle, name, ranges, inside[name], simulate)
-        for name, is_angle in angles_of(plan.problem).items()
+        for name, is_angle in plan.problem.angles.items()
     }
 
 
@@ -313,7 +313,7 @@ def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None,
 def _details(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> list[str]:
     """Return lines with the histogram and the worst inputs of each output."""
     lines: list[str] = []
-    angles = angles_of(plan.problem)
+    angles = plan.problem.angles
     for name, errors in report.errors.items():
         unit = " rad" if angles[name] else ""
         lines += ["", f"{name}: errors", *_bars(errors, unit), *_worst_lines(name, report, found, unit)]

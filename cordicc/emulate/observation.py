@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
@@ -15,8 +14,9 @@ from cordicc.emulate.lost import first_invalid
 from cordicc.ir import sampling
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
-from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanProblem, told
+from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
 
 DEFAULT_SAMPLES = 10_000
 DEFAULT_SEED = 0
@@ -28,38 +28,26 @@ compared in high precision on fewer samples."""
 _LEAST_REFERENCE = 32
 
 
-def machine_of(plan: Plan) -> Arithmetic:
-    """Return the arithmetic that a plan was made for."""
-    return Arithmetic.from_spec(plan.target["arithmetic"])
-
-
 def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     """Run a plan on the default samples and record the errors that were seen.
 
     Raises:
         Unattainable: no sample that the equations can do survives in the target's number format.
     """
-    inputs = sampling.draw(plan.problem, DEFAULT_SAMPLES, DEFAULT_SEED)
-    outputs = functional_run.run(plan, machine_of(plan), inputs)
+    inputs = sampling.draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+    outputs = functional_run.run(plan, plan.arithmetic, inputs)
     warnings: list[Diagnostic] = []
-    graph = parse_graph(plan.problem["program"], "plan.json")
+    graph = plan.problem.program
     reference = reference_samples(graph)
     if reference < DEFAULT_SAMPLES:
-        angles = angles_of(plan.problem)
+        angles = plan.problem.angles
         report = run_parts(graph, angles, [inputs], lambda _: outputs, _ignored, _ignored, reference)
         comparison = report.comparison
         warnings.append(_few(reference, len(graph.nodes)))
     else:
         comparison = compare(plan, inputs, outputs)
     figures = {
-        name: {
-            "bound": None,
-            "observed": {
-                "max": seen.max,
-                "rms": seen.rms,
-                "histogram": [[least, count] for least, count in seen.histogram],
-            },
-        }
+        name: OutputAccuracy(SeenErrors(seen.max, seen.rms, seen.histogram))
         for name, seen in comparison.observed.items()
     }
     if comparison.lost_at is not None:
@@ -72,8 +60,8 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
 
 def with_warnings(plan: Plan, warnings: Iterable[Diagnostic]) -> Plan:
     """Return a plan that records more warnings."""
-    known = [*plan.problem["warnings"], *(f"{w.code}: {w.message}" for w in warnings)]
-    return replace(plan, problem={**plan.problem, "warnings": known})
+    known = (*plan.problem.warnings, *map(told, warnings))
+    return replace(plan, problem=replace(plan.problem, warnings=known))
 
 
 def reference_samples(graph: Graph) -> int:
@@ -97,24 +85,19 @@ def _few(samples: int, operations: int) -> Diagnostic:
 
 def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> accuracy.Comparison:
     """Compare simulated outputs with the equations as written."""
-    return accuracy.compare(exact(plan.problem, inputs), angles_of(plan.problem), outputs)
+    return accuracy.compare(exact(plan.problem, inputs), plan.problem.angles, outputs)
 
 
-def exact(problem: Mapping[str, Any], inputs: Mapping[str, Any]) -> accuracy.Exact:
+def exact(problem: PlanProblem, inputs: Mapping[str, Any]) -> accuracy.Exact:
     """Return what the equations as written say of samples."""
-    return accuracy.exact(parse_graph(problem["program"], "plan.json"), inputs)
-
-
-def angles_of(problem: Mapping[str, Any]) -> dict[str, bool]:
-    """Return, by output, whether it is an angle."""
-    return {output["name"]: output["angle"] for output in problem["outputs"]}
+    return accuracy.exact(problem.program, inputs)
 
 
 def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison) -> Diagnostic:
     """Return the finding that samples leave the number format, with the first one and where it does."""
     assert comparison.lost_at is not None
     sample = {name: float(column[comparison.lost_at]) for name, column in inputs.items()}
-    operation = first_invalid(plan, machine_of(plan), sample)
+    operation = first_invalid(plan, plan.arithmetic, sample)
     where = "" if operation is None else f": {operation.mode} in the equation of '{operation.equation}'"
     message = (
         f"{comparison.lost} of {comparison.samples} samples that the equations can do "

@@ -19,11 +19,10 @@ Outputs = dict[str, NDArray[Any]]
 def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
     """Return the samples to encode and which of them are in range.
 
-    `plan.problem["inputs"]` lists the inputs, `name`, `lo` and `hi`.
     Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
     the arithmetic never sees what it need not hold.
     """
-    ranges: dict[str, Mapping[str, float]] = {item["name"]: item for item in plan.problem["inputs"]}
+    ranges = {item.name: (item.lo, item.hi) for item in plan.problem.inputs}
     missing = [name for name in ranges if name not in inputs]
     if missing:
         raise ValueError(f"missing inputs: {', '.join(missing)}")
@@ -35,7 +34,7 @@ def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floa
     in_range = np.ones(shape, dtype=np.bool_)
     samples: dict[str, FloatArray] = {}
     for name, array in arrays.items():
-        lo, hi = (ranges[name][end] for end in ("lo", "hi"))
+        lo, hi = ranges[name]
         inside = (lo <= array) & (array <= hi)
         samples[name] = np.where(inside, array, lo)
         in_range &= inside
@@ -67,7 +66,7 @@ class Formats:
     @classmethod
     def of(cls, plan: Plan, arithmetic: Arithmetic) -> Formats:
         """Return the formats that a plan states or its target implies.  Raises ValueError."""
-        inputs = [item["name"] for item in plan.problem["inputs"]]
+        inputs = plan.problem.input_names
         results = [name for operation in plan.operations for name in operation.results if name is not None]
         find = arithmetic.system.format
         return cls(

@@ -12,7 +12,6 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +26,7 @@ from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.ir.sampling import draw_parts
 from cordicc.plan.model import Operation, Plan, Unit
+from cordicc.plan.origin import PlanProblem
 
 MOST_SIGNAL_CYCLES = 20_000_000
 """Signals times cycles; larger waveforms are refused."""
@@ -42,17 +42,17 @@ Probe = Callable[[Snapshot], State]
 
 
 def first_samples(
-    problem: Mapping[str, Any], file: Path | None, drawn: int, seed: int, most: int
+    problem: PlanProblem, file: Path | None, drawn: int, seed: int, most: int
 ) -> tuple[Samples, bool]:
     """Return at most `most` samples, the first of a file or else of those drawn, and whether there are more.
 
     Raises InvalidInput if the file cannot be read.
     """
-    names = [str(item["name"]) for item in problem["inputs"]]
+    names = problem.input_names
     if file is None:
-        parts = draw_parts(problem, drawn, seed, most + 1)
+        parts = draw_parts(problem.workspace, drawn, seed, most + 1)
     else:
-        parts = read_table(file, Columns(names), most + 1).parts
+        parts = read_table(file, Columns(list(names)), most + 1).parts
     part = next(parts)
     return {name: part[name][:most] for name in names}, any(len(column) > most for column in part.values())
 
@@ -67,7 +67,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
         Unattainable: the waveform would be too large (E616).
         ValueError, MachineError: as `cycle.run`.
     """
-    arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
+    arithmetic = plan.arithmetic
     samples, in_range = prepare(plan, inputs)
     count = in_range.size
     cycles = plan.latency_cycles + (count - 1) * plan.initiation_interval + 1 if count else 0
@@ -138,8 +138,7 @@ class _Signals:
         interval = self.plan.initiation_interval
         if interval > 1:
             self._add((), "slot", (interval - 1).bit_length(), lambda snapshot: snapshot.cycle % interval)
-        for item in self.plan.problem["inputs"]:
-            name = str(item["name"])
+        for name in self.plan.problem.input_names:
             self._add_word(("inputs",), name, self._width(name), _wire(name))
         for fifo in self.plan.fifos:
             self._add_word(("fifos",), f"{fifo.id}_{fifo.value}", fifo.width, _fifo(fifo.id))

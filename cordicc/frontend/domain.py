@@ -15,7 +15,6 @@ from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import OutputSpec, Problem
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.plan.problem_record import problem_data
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
@@ -50,7 +49,7 @@ def input_intervals(problem: Problem) -> dict[str, Interval]:
 
 def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
     """Return random inputs and corners of the ranges besides, or rows of the problem's own samples."""
-    samples = sampling.draw(problem_data(problem, []), count, 0)
+    samples = sampling.draw(problem.workspace, count, 0)
     if problem.samples is not None:
         return samples
     corners = _corners(problem)
@@ -134,7 +133,7 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
     """
     probes = _within(_WORK // 8, problem.graph, _PROBES * _SHAKES) // _SHAKES
-    samples = sampling.draw(problem_data(problem, []), probes, 1)
+    samples = sampling.draw(problem.workspace, probes, 1)
     exact, defined = evaluate(problem.graph, samples)
     moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
     tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}

@@ -33,7 +33,7 @@ from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, TooManyErr
 from cordicc.frontend.solving.zero import ZeroTest
 from cordicc.ir.graph import Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
-from cordicc.plan.model import FORMAT
+from cordicc.plan.plain_data import FORMAT
 
 KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
 MAX_DESCRIPTION = 10_000

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value
+from cordicc.ir.sampling import Workspace
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,12 @@ class Problem:
     samples: SampleTable | None = None
     assumptions: tuple[Assumption, ...] = ()
     assumption_graph: Graph = field(default_factory=lambda: Graph((), {}))
+
+    @property
+    def workspace(self) -> Workspace:
+        """Return where samples of the inputs are drawn from."""
+        ranges = {item.name: (float(item.lo), float(item.hi)) for item in self.inputs}
+        return Workspace(ranges, None if self.samples is None else self.samples.columns)
 
     def input(self, name: str) -> InputSpec:
         """Return the input of that name; raises KeyError."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,32 +12,42 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def draw(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, Floats]:
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """Where samples are drawn from: the closed range of each input, in order of declaration.
+
+    `rows` are the problem's own samples by input, equally many numbers each, None if it has none.
+    """
+
+    ranges: Mapping[str, tuple[float, float]]
+    rows: Mapping[str, Sequence[float]] | None = None
+
+
+def draw(workspace: Workspace, count: int, seed: int) -> dict[str, Floats]:
     """Draw samples: rows of the problem's own samples if it has them, else uniform in the ranges.
 
     The generator is NumPy's PCG64 with the given seed, the inputs in order of declaration.
     """
-    return next(draw_parts(problem, count, seed, count))
+    return next(draw_parts(workspace, count, seed, count))
 
 
-def draw_parts(problem: Mapping[str, Any], count: int, seed: int, part: int) -> Iterator[dict[str, Floats]]:
+def draw_parts(workspace: Workspace, count: int, seed: int, part: int) -> Iterator[dict[str, Floats]]:
     """Draw the samples of `draw` in parts of at most `part`; at least one part, perhaps empty."""
-    samples = problem.get("samples")
-    names = [item["name"] for item in problem["inputs"]]
+    names = list(workspace.ranges)
     # A double takes one step of the generator, so input k starts k * count steps after the first.
     generators = [
         np.random.Generator(np.random.PCG64(seed).advance(k * count)) for k in range(max(1, len(names)))
     ]
     for begin in range(0, max(1, count), max(1, part)):
         size = min(part, count - begin)
-        if samples:
-            own = {name: np.asarray(samples["columns"][name], dtype=np.float64) for name in names}
+        if workspace.rows is not None:
+            own = {name: np.asarray(workspace.rows[name], dtype=np.float64) for name in names}
             rows = generators[0].integers(0, len(own[names[0]]), size)
             yield {name: column[rows] for name, column in own.items()}
             continue
         yield {
-            item["name"]: _uniform(generator, float(item["lo"]), float(item["hi"]), size)
-            for item, generator in zip(problem["inputs"], generators, strict=False)
+            name: _uniform(generator, lo, hi, size)
+            for (name, (lo, hi)), generator in zip(workspace.ranges.items(), generators, strict=False)
         }
 
 

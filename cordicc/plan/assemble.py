@@ -8,11 +8,12 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
-from cordicc.arith.numbers.formats import NumberSystem
+from cordicc.arith.numbers.formats import BinaryPoint, NumberSystem
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.ir.graph import Graph, Param, Value
 from cordicc.ir.ops import Level
 from cordicc.plan.model import Formats, Operand, Operation, Plan, Selection
+from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
 from cordicc.targets.target import SYSTEMS, Target, function_name
 
 
@@ -34,9 +35,9 @@ def assemble(
     graph: Graph,
     target: Target,
     *,
-    problem: Mapping[str, Any],
-    options: Mapping[str, Any],
-    formats: Mapping[Value | str, dict[str, int]],
+    problem: PlanProblem,
+    options: PlanOptions,
+    formats: Mapping[Value | str, BinaryPoint],
     steps: Mapping[int, tuple[str, ...]],
     selection: Selection,
 ) -> Plan:
@@ -56,7 +57,8 @@ def assemble(
     Raises:
         Unattainable: the target has no unit for an operation, or no word for a constant.
     """
-    words = target.machine().system
+    made_for = PlanTarget.of(target)
+    words = made_for.arithmetic.system
     names = _names(graph)
     used = graph.used_results()
     operations = [
@@ -65,11 +67,9 @@ def assemble(
     ]
     outputs = {name: _operand(graph, names, v, name, words) for name, v in graph.outputs.items()}
     return Plan(
-        name=problem["name"],
-        description=problem["description"],
-        target=target.embedded(),
-        problem=dict(problem),
-        options=dict(options),
+        problem=problem,
+        target=made_for,
+        options=options,
         initiation_interval=1,
         latency_cycles=0,
         cau_cycles=0,
@@ -81,6 +81,7 @@ def assemble(
         bounds={},
         formats=_formats(graph, names, formats),
         selection=selection,
+        unit_program=graph,
     )
 
 
@@ -100,9 +101,7 @@ def _value_name(graph: Graph, names: Mapping[int, str], value: Value) -> str:
     return f"{names[value.node]}.{node.definition.results[value.result]}"
 
 
-def _formats(
-    graph: Graph, names: Mapping[int, str], formats: Mapping[Value | str, dict[str, int]]
-) -> Formats:
+def _formats(graph: Graph, names: Mapping[int, str], formats: Mapping[Value | str, BinaryPoint]) -> Formats:
     """Return the formats by the names of the plan."""
     return Formats(
         {_value_name(graph, names, v): spec for v, spec in formats.items() if isinstance(v, Value)},

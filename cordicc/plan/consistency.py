@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
-from cordicc.arith.numbers.formats import NumberSystem
-from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.formats import BinaryPoint, NumberSystem
 from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
 from cordicc.plan.model import Operation, Plan
 
@@ -31,10 +30,9 @@ _ALLOWED = {
 
 def check_operations(plan: Plan) -> None:
     """Raise ValueError if an operation is unknown or is not of the form its definition asks for."""
-    kinds: Mapping[str, Any] = plan.target["units"]
     for operation in plan.operations:
         _check(operation)
-        if operation.kind not in kinds:
+        if operation.kind not in plan.target.units:
             raise ValueError(f"{operation.id}: the target has no unit of kind '{operation.kind}'")
 
 
@@ -53,25 +51,24 @@ def _check(operation: Operation) -> None:
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
 
 
-def check_formats(plan: Plan, arithmetic: Arithmetic) -> None:
+def check_formats(plan: Plan) -> None:
     """Raise ValueError if formats are not those of the number system, or a FIFO has another width."""
-    system = arithmetic.system
-    inputs = {item["name"] for item in plan.problem["inputs"]}
-    for name, spec in plan.formats.outputs.items():
-        _require_outside(system, f"output '{name}'", spec)
-    for name, spec in plan.formats.values.items():
-        if name in inputs:
-            _require_outside(system, f"input '{name}'", spec)
+    system = plan.arithmetic.system
+    for name, point in plan.formats.outputs.items():
+        _require_outside(system, f"output '{name}'", point)
+    for name, point in plan.formats.values.items():
+        if name in plan.problem.input_names:
+            _require_outside(system, f"input '{name}'", point)
     for fifo in plan.fifos:
         width = system.format(plan.formats.values.get(fifo.value)).width_bits
         if fifo.width != width:
             raise ValueError(f"{fifo.id} is {fifo.width} bits wide, its words are {width}")
 
 
-def _require_outside(system: NumberSystem, what: str, spec: Mapping[str, int]) -> None:
-    width = system.spec().get("width")
-    if width is not None and spec["width"] != width:
-        raise ValueError(f"the words of {what} have {spec['width']} bits, outside there are {width}")
+def _require_outside(system: NumberSystem, what: str, point: BinaryPoint) -> None:
+    if isinstance(system, FixedSystem) and point.width != system.width_bits:
+        width = system.width_bits
+        raise ValueError(f"the words of {what} have {point.width} bits, outside there are {width}")
 
 
 def check_sizes(plan: Plan) -> None:
@@ -91,24 +88,23 @@ def check_sizes(plan: Plan) -> None:
 def check_problem(plan: Plan) -> None:
     """Raise ValueError if the inputs, samples, outputs or accuracy figures do not fit together."""
     problem = plan.problem
-    inputs = [item["name"] for item in problem["inputs"]]
+    inputs = problem.input_names
     _require_unique("input", inputs)
-    for item in problem["inputs"]:
-        if not float(item["lo"]) <= float(item["hi"]):
-            raise ValueError(f"the range of input '{item['name']}' is empty")
-    outputs = [item["name"] for item in problem["outputs"]]
+    for item in problem.inputs:
+        if not item.lo <= item.hi:
+            raise ValueError(f"the range of input '{item.name}' is empty")
+    outputs = [item.name for item in problem.outputs]
     _require_unique("output", outputs)
     if set(outputs) != set(plan.outputs):
         raise ValueError("the outputs of the problem differ")
     if not set(plan.accuracy) <= set(outputs):
         raise ValueError("the accuracy is of another output")
     for name, figures in plan.accuracy.items():
-        seen = figures["observed"]
-        if seen["histogram"] and None in (seen["max"], seen["rms"]):
+        seen = figures.observed
+        if seen.histogram and None in (seen.max, seen.rms):
             raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
-    samples = problem["samples"]
-    if samples is not None:
-        columns: Mapping[str, list[float]] = samples["columns"]
+    columns = problem.samples
+    if columns is not None:
         if set(columns) != set(inputs):
             raise ValueError("the columns of the samples are not the inputs")
         if len({len(column) for column in columns.values()}) != 1:

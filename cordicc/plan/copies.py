@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
-from cordicc.ir.copies import copied
-from cordicc.ir.text import parse_graph, print_graph
+from cordicc.ir.graph import Graph, Node, Value
 from cordicc.plan.model import Operand, Plan
-from cordicc.plan.problem_record import UNIT_PROGRAM
+from cordicc.plan.origin import PlanProblem
 
 
 def name_of(name: str, copy: int) -> str:
@@ -62,35 +60,56 @@ def replicated(plan: Plan, copies: int) -> Plan:
         operations=operations,
         outputs={name_of(name, c): operand(o, c) for c in every for name, o in plan.outputs.items()},
         problem=_problem(plan.problem, copies),
-        options={**plan.options, "copies": copies},
+        options=replace(plan.options, copies=copies),
         formats=formats,
+        unit_program=None if plan.unit_program is None else copied(plan.unit_program, copies),
     )
 
 
-def _problem(problem: Mapping[str, Any], copies: int) -> dict[str, Any]:
-    """Return the record of a problem with the inputs, outputs, programs and samples of all copies."""
-
-    def of_all(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        every = range(1, copies + 1)
-        return [{**item, "name": name_of(item["name"], copy)} for copy in every for item in items]
-
-    programs = {
-        key: print_graph(copied(parse_graph(problem[key], key), copies, name_of))
-        for key in ("program", UNIT_PROGRAM)
-        if key in problem
-    }
-    samples = problem["samples"]
-    if samples is not None:
-        samples = {**samples, "columns": _columns(samples["columns"], copies)}
-    made = {"inputs": of_all(problem["inputs"]), "outputs": of_all(problem["outputs"]), "samples": samples}
-    return {**problem, **programs, **made}
+def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
+    """Return the record of a problem with the inputs, outputs, equations and samples of all copies."""
+    every = range(1, copies + 1)
+    return replace(
+        problem,
+        inputs=tuple(replace(i, name=name_of(i.name, copy)) for copy in every for i in problem.inputs),
+        outputs=tuple(replace(o, name=name_of(o.name, copy)) for copy in every for o in problem.outputs),
+        program=copied(problem.program, copies),
+        samples=None if problem.samples is None else _columns(problem.samples, copies),
+    )
 
 
-def _columns(columns: Mapping[str, list[float]], copies: int) -> dict[str, list[float]]:
+def _columns(columns: Mapping[str, tuple[float, ...]], copies: int) -> dict[str, tuple[float, ...]]:
     """Return the samples of all copies: the rows of each begin at another one, so that copies differ."""
     found = {}
     for copy in range(1, copies + 1):
         for name, column in columns.items():
             first = (copy - 1) * len(column) // copies
-            found[name_of(name, copy)] = [*column[first:], *column[:first]]
+            found[name_of(name, copy)] = column[first:] + column[:first]
     return found
+
+
+def copied(graph: Graph, count: int) -> Graph:
+    """Return a graph of `count` instances that share their constants and nothing else.
+
+    Args:
+        graph: what is copied.
+        count: at least 1.
+    """
+    nodes: list[Node] = []
+    outputs: dict[str, Value] = {}
+    constants: dict[int, int] = {}
+    for copy in range(1, count + 1):
+        place: dict[int, int] = {}
+        for index, node in enumerate(graph.nodes):
+            if node.op == "const" and index in constants:
+                place[index] = constants[index]
+                continue
+            place[index] = len(nodes)
+            if node.op == "const":
+                constants[index] = place[index]
+            params = (name_of(node.name, copy),) if node.op == "input" else node.params
+            operands = tuple(Value(place[v.node], v.result) for v in node.operands)
+            nodes.append(Node(node.op, params, operands, node.origin))
+        for output, value in graph.outputs.items():
+            outputs[name_of(output, copy)] = Value(place[value.node], value.result)
+    return Graph(tuple(nodes), outputs)

@@ -10,18 +10,8 @@ from importlib.resources import files
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
-from cordicc.plan.model import (
-    FORMAT,
-    VERSION,
-    ControlWord,
-    Fifo,
-    Formats,
-    Operand,
-    Operation,
-    Plan,
-    Selection,
-    Unit,
-)
+from cordicc.plan.model import Plan
+from cordicc.plan.plain_data import FORMAT, VERSION, as_dict, plan_of
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
@@ -31,88 +21,6 @@ MAX_DIGITS = 18
 
 _PARTS = ("units", "operations", "fifos")
 """What `--json` leaves out of the summary."""
-
-
-def as_dict(plan: Plan) -> dict[str, Any]:
-    """Return the plan as plain data, in the form of the published schema."""
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "name": plan.name,
-        "description": plan.description,
-        "target": plan.target["name"],
-        "target_data": plan.target,
-        "clock_hz": plan.target["clock_hz"],
-        "options": plan.options,
-        "problem": plan.problem,
-        "initiation_interval": plan.initiation_interval,
-        "latency": {
-            "cycles": plan.latency_cycles,
-            "seconds": plan.latency_seconds,
-            "cau_cycles": plan.cau_cycles,
-        },
-        "processors": plan.processors(),
-        "units": [_unit(u) for u in plan.units],
-        "operations": [_operation(o) for o in plan.operations],
-        "fifos": [
-            {
-                "id": f.id,
-                "value": f.value,
-                "from": f.source,
-                "to": list(f.sinks),
-                "depth": f.depth,
-                "width": f.width,
-            }
-            for f in plan.fifos
-        ],
-        "fifo_words": plan.fifo_words,
-        "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
-        "optimal": plan.optimal,
-        "bounds": plan.bounds,
-        "selection": {
-            "searched": plan.selection.searched,
-            "proven": plan.selection.proven,
-            "facts": list(plan.selection.facts),
-        },
-        "formats": {"values": plan.formats.values, "outputs": plan.formats.outputs},
-        "accuracy": plan.accuracy,
-    }
-
-
-def _unit(unit: Unit) -> dict[str, Any]:
-    data: dict[str, Any] = {"id": unit.id, "kind": unit.kind, "latency": unit.latency}
-    if unit.control:
-        data["inputs"] = [list(sources) for sources in unit.inputs]
-        data["control"] = [
-            {"slot": word.slot, "operation": word.operation, "select": list(word.select)}
-            for word in unit.control
-        ]
-    return data
-
-
-def _operand(operand: Operand) -> dict[str, str]:
-    if operand.constant is not None:
-        return {"constant": operand.constant}
-    assert operand.value is not None
-    return {"value": operand.value}
-
-
-def _operation(operation: Operation) -> dict[str, Any]:
-    return {
-        "id": operation.id,
-        "op": operation.op,
-        "params": operation.params,
-        "kind": operation.kind,
-        "mode": operation.mode,
-        "unit": operation.unit,
-        "start": operation.start,
-        "finish": operation.finish,
-        "ports": list(operation.ports),
-        "operands": [_operand(o) for o in operation.operands],
-        "results": list(operation.results),
-        "equation": operation.equation,
-        "derivation": list(operation.derivation),
-    }
 
 
 def dump(plan: Plan) -> str:
@@ -172,9 +80,18 @@ def parse(text: str, name: str) -> Plan:
     if finding is not None:
         place = "/".join(str(part) for part in finding.absolute_path)[:200] or "the top level"
         raise refuse(f"not a valid plan: at {place}: {finding.message[:200]}")
-    plan = _plan(data)
+    try:
+        plan = plan_of(data, name)
+    except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise contradiction(_first_line(error), source) from None
     _check_derived(data, plan, source)
     return plan
+
+
+def contradiction(reason: str, source: Source | None = None) -> InvalidInput:
+    """Return the refusal of a plan whose parts do not fit together."""
+    message = f"the plan contradicts itself: {reason}"
+    return InvalidInput([Diagnostic("E603", message, None, "compile the problem again", source=source)])
 
 
 def _hint(text: str) -> str | None:
@@ -240,8 +157,10 @@ def _outline(data: dict[str, Any]) -> dict[str, Any]:
 def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
     """Refuse figures of the file that the plan's own parts contradict."""
     again = {
-        "target": plan.target["name"],
-        "clock_hz": plan.target["clock_hz"],
+        "name": plan.name,
+        "description": plan.description,
+        "target": plan.target.name,
+        "clock_hz": plan.clock_hz,
         "processors": plan.processors(),
         "fifo_words": plan.fifo_words,
     }
@@ -250,72 +169,8 @@ def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
         if isinstance(value, dict):
             found = {each: found[each] for each in value}
         if found != value:
-            message = f"the plan contradicts itself: {key} is {found}, its parts say {value}"
-            raise InvalidInput(
-                [Diagnostic("E603", message, None, "compile the problem again", source=source)]
-            )
+            raise contradiction(f"{key} is {found}, its parts say {value}", source)
 
 
 def _first_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).splitlines()[0][:200]
-
-
-def _plan(data: dict[str, Any]) -> Plan:
-    def operand(item: dict[str, str]) -> Operand:
-        return Operand(item.get("value"), item.get("constant"))
-
-    def unit(item: dict[str, Any]) -> Unit:
-        words = (
-            ControlWord(int(w["slot"]), w["operation"], tuple(int(s) for s in w["select"]))
-            for w in item.get("control", ())
-        )
-        inputs = tuple(tuple(sources) for sources in item.get("inputs", ()))
-        return Unit(item["id"], item["kind"], int(item["latency"]), inputs, tuple(words))
-
-    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
-    order = [output["name"] for output in data["problem"]["outputs"]]
-
-    def delivered(items: dict[str, Any]) -> dict[str, Any]:
-        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
-
-    formats = data.get("formats", {"values": {}, "outputs": {}})
-    selection = data.get("selection", {"searched": False, "proven": False})
-    return Plan(
-        name=data["name"],
-        description=data["description"],
-        target=data["target_data"],
-        problem=data["problem"],
-        options=data["options"],
-        initiation_interval=int(data["initiation_interval"]),
-        latency_cycles=int(data["latency"]["cycles"]),
-        cau_cycles=int(data["latency"]["cau_cycles"]),
-        units=tuple(unit(u) for u in data["units"]),
-        operations=tuple(
-            Operation(
-                id=o["id"],
-                op=o["op"],
-                params=o["params"],
-                kind=o["kind"],
-                mode=o["mode"],
-                unit=o["unit"],
-                start=int(o["start"]),
-                finish=int(o["finish"]),
-                ports=tuple(o["ports"]),
-                operands=tuple(operand(item) for item in o["operands"]),
-                results=tuple(o["results"]),
-                equation=o["equation"],
-                derivation=tuple(o.get("derivation", ())),
-            )
-            for o in data["operations"]
-        ),
-        fifos=tuple(
-            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), int(f["depth"]), int(f["width"]))
-            for f in data["fifos"]
-        ),
-        outputs={name: operand(item) for name, item in delivered(data["outputs"]).items()},
-        optimal=data["optimal"],
-        bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
-        formats=Formats(formats["values"], delivered(formats["outputs"])),
-        accuracy=delivered(data["accuracy"]),
-        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
-    )

@@ -1,16 +1,18 @@
-"""The plan: what cordicc emits, as frozen data.  Its JSON form is in `cordicc.plan.file`."""
+"""The plan: what cordicc emits, as frozen data.  Only `cordicc.plan.file` knows its JSON form."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
-from typing import Any
 
+from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.graph import Graph
+from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
+from cordicc.plan.stated_accuracy import OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
-
-FORMAT = "cordicc-plan"
-VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ class Operation:
 
     id: str
     op: str
-    params: dict[str, Any]
+    params: Mapping[str, int | str]
     kind: str
     mode: str
     unit: str
@@ -72,6 +74,13 @@ class Operation:
     results: tuple[str | None, ...]
     equation: str
     derivation: tuple[str, ...] = ()
+
+    @property
+    def m(self) -> int | None:
+        """Return the coordinate system of a CAU operation, None for an operation without one."""
+        m = self.params.get("m")
+        assert m is None or isinstance(m, int)
+        return m
 
     def at(self, unit: str, start: int, finish: int) -> Operation:
         """Return the operation bound to a unit and a slot."""
@@ -108,41 +117,62 @@ class Selection:
 
 @dataclass(frozen=True, slots=True)
 class Formats:
-    """The number formats of values and of outputs by name, `width` and `fraction` in bits.
+    """The number formats of values and of outputs by name.
 
     Empty where the target implies them: every word of a floating-point target is alike.
     """
 
-    values: dict[str, dict[str, int]] = field(default_factory=dict)
-    outputs: dict[str, dict[str, int]] = field(default_factory=dict)
+    values: Mapping[str, BinaryPoint] = field(default_factory=dict)
+    outputs: Mapping[str, BinaryPoint] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A complete hardware plan.  The schema of its JSON form explains each field."""
+    """A complete hardware plan.
 
-    name: str
-    description: str
-    target: dict[str, Any]
-    problem: dict[str, Any]
-    options: dict[str, Any]
+    Times are in clock cycles, counted from the one in which the inputs are accepted.  `outputs` are what
+    each output takes.  Of the figures `processors`, `latency` and `fifo_words`, `optimal` tells which are
+    proven to be the least under the options, `bounds` what each is at the least.  `accuracy` is by output,
+    empty for a plan that was not run.  `unit_program` is the graph of the operations with exact constants,
+    from which error bounds are derived.
+    """
+
+    problem: PlanProblem
+    target: PlanTarget
+    options: PlanOptions
     initiation_interval: int
     latency_cycles: int
     cau_cycles: int
     units: tuple[Unit, ...]
     operations: tuple[Operation, ...]
     fifos: tuple[Fifo, ...]
-    outputs: dict[str, Operand]
-    optimal: dict[str, bool]
-    bounds: dict[str, int]
-    accuracy: dict[str, Any] = field(default_factory=dict)
+    outputs: Mapping[str, Operand]
+    optimal: Mapping[str, bool]
+    bounds: Mapping[str, int]
+    accuracy: Mapping[str, OutputAccuracy] = field(default_factory=dict)
     formats: Formats = field(default_factory=Formats)
     selection: Selection = field(default_factory=Selection)
+    unit_program: Graph | None = None
+
+    @property
+    def name(self) -> str:
+        """Return the name of the problem."""
+        return self.problem.name
+
+    @property
+    def description(self) -> str:
+        """Return what the problem is, in the words of its file."""
+        return self.problem.description
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """Return the arithmetic of the target, which fixes every bit."""
+        return self.target.arithmetic
 
     @property
     def clock_hz(self) -> float:
         """Return the clock of the target."""
-        return float(self.target["clock_hz"])
+        return self.target.clock_hz
 
     @property
     def latency_seconds(self) -> float:

@@ -235,7 +235,7 @@ def _cau_cycles(plan: Plan) -> int:
 
 
 def _inputs(plan: Plan) -> list[str]:
-    return [item["name"] for item in plan.problem["inputs"]]
+    return list(plan.problem.input_names)
 
 
 def _sources(plan: Plan) -> dict[str, str]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import percent
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanProblem
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
 
 if TYPE_CHECKING:
@@ -24,9 +26,9 @@ class TooInaccurate(Unattainable):
     """No words that the target may have keep an output's error within what the problem allows."""
 
 
-def allowed_errors(problem: Mapping[str, Any]) -> dict[str, float]:
+def allowed_errors(problem: PlanProblem) -> dict[str, float]:
     """Return the `max_error` by output of a problem as plans record it, where there is one."""
-    return {o["name"]: o["max_error"] for o in problem["outputs"] if o["max_error"] is not None}
+    return {o.name: o.max_error for o in problem.outputs if o.max_error is not None}
 
 
 def _bounds(plan: Plan, allowed: Mapping[str, float]) -> Mapping[str, Bound]:
@@ -46,7 +48,7 @@ def checked(plan: Plan) -> Plan:
         return plan
     bounds = _bounds(plan, allowed)
     if missed := _missed(bounds, allowed):
-        raise _refusal(missed, allowed, f"the number format of target '{plan.target['name']}' is fixed")
+        raise _refusal(missed, allowed, f"the number format of target '{plan.target.name}' is fixed")
     return plan
 
 
@@ -66,8 +68,9 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
     allowed = allowed_errors(plan.problem)
     if not allowed or not _missed(_bounds(plan, allowed), allowed):
         return plan
-    format_ = plan.target["arithmetic"]["format"]
-    width, between = format_["width"], format_["width"] + format_["guard"]
+    system = plan.arithmetic.system
+    assert isinstance(system, FixedSystem)
+    width, between = system.width_bits, system.operand_bits
     best: Mapping[str, Bound] = {}
     while width <= WIDEST_WORD_BITS:
         most = most_guard_bits(width)
@@ -98,12 +101,12 @@ def exceptions(plan: Plan) -> list[Diagnostic]:
     """Return a warning for each allowed error that is not proven for all of the default samples."""
     found = []
     for name, error in allowed_errors(plan.problem).items():
-        bound, seen = plan.accuracy[name]["bound"], plan.accuracy[name]["observed"]["max"]
-        if bound["share_of_samples"] == 1:
+        bound, seen = plan.accuracy[name].bound, plan.accuracy[name].observed.max
+        if bound is None or bound.share_of_samples == 1:
             continue
         message = (
-            f"max_error {error:.3g} of '{name}' is proven for {percent(bound['share_of_samples'])} of the "
-            f"default samples, where {bound['where']}"
+            f"max_error {error:.3g} of '{name}' is proven for {percent(bound.share_of_samples)} of the "
+            f"default samples, where {bound.where}"
         )
         if seen is not None and seen > error:
             message += f"; the largest error seen is {seen:.3g}"

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Unattainable
 from cordicc.emulate.climb import climb, climbing
 from cordicc.frontend.domain import input_intervals, input_samples
@@ -27,8 +28,6 @@ from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
 from cordicc.ir.ranges.subdivision import Goal, tightened
 from cordicc.rewrite import numeric
-
-Spec = dict[str, int]
 
 _SAMPLES = 400
 _WORK = 150_000
@@ -94,7 +93,7 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
 
 def formats(
     problem: Problem, source: Source, found: Magnitudes, graph: Graph, system: FixedSystem
-) -> dict[Value | str, Spec]:
+) -> dict[Value | str, BinaryPoint]:
     """Return the format of each value, and of each output by name.
 
     Inputs have words as outside; a value that only leaves has the output's own.  A format is no finer than
@@ -107,16 +106,16 @@ def formats(
     used = graph.used_results()
     finer = 2.0**-system.guard_bits  # words as outside may be as fine as those between operations
 
-    def chosen(value: Value | None, magnitude: float, equation: str, *, outside: bool) -> Spec:
+    def chosen(value: Value | None, magnitude: float, equation: str, *, outside: bool) -> BinaryPoint:
         resolved = 0.0 if value is None else _resolved(graph, value, found)
         try:
             if outside:
-                return system.outside(max(magnitude, resolved * finer)).spec()
-            return system.inside(max(magnitude, resolved)).spec()
+                return system.outside(max(magnitude, resolved * finer)).binary_point
+            return system.inside(max(magnitude, resolved)).binary_point
         except OverflowError:
             raise _too_large(problem, source, equation, magnitude) from None
 
-    specs: dict[Value | str, Spec] = {}
+    specs: dict[Value | str, BinaryPoint] = {}
     for value, magnitude in found.values.items():
         node = graph.node(value)
         held = magnitude if value in used else 0.0  # an input that nothing uses needs no range

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate import accuracy, functional
-from cordicc.emulate.observation import DEFAULT_SEED, exact, machine_of
+from cordicc.emulate.observation import DEFAULT_SEED, exact
 from cordicc.ir import sampling
 from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanProblem
 
 _SAMPLES = 2_000
 _GAIN = 1.1
@@ -22,7 +22,7 @@ _SHARES = (0.5, 0.9, 0.99, 1.0)
 """Of the samples, by size of error: a few ill-conditioned ones must not hide what the others lose."""
 
 
-def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable[[int], Plan]) -> Plan:
+def fewest_guard_bits(problem: PlanProblem, most: int, plan_with: Callable[[int], Plan]) -> Plan:
     """Return the plan with the fewest guard bits that keeps the observed errors of the outputs small.
 
     Small is within one ulp of the output's word, or, where the rounding of the inputs alone makes more
@@ -34,14 +34,14 @@ def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable
         most: the most guard bits to try.
         plan_with: makes the plan for a number of guard bits.
     """
-    angles = {o["name"]: o["angle"] for o in problem["outputs"] if o["max_error"] is None}
+    angles = {o.name: o.is_angle for o in problem.outputs if o.max_error is None}
     if not angles:
         return plan_with(0)
-    inputs = sampling.draw(problem, _SAMPLES, DEFAULT_SEED)
+    inputs = sampling.draw(problem.workspace, _SAMPLES, DEFAULT_SEED)
     reference = exact(problem, inputs)
 
     def quantiles(plan: Plan) -> dict[str, NDArray[np.float64]]:
-        outputs = functional.run(plan, machine_of(plan), inputs)
+        outputs = functional.run(plan, plan.arithmetic, inputs)
         found = accuracy.errors(reference, angles, outputs)
         return {name: np.quantile(error, _SHARES) if error.size else _NONE for name, error in found.items()}
 
@@ -56,7 +56,7 @@ def fewest_guard_bits(problem: Mapping[str, Any], most: int, plan_with: Callable
 
 
 def _ulp(plan: Plan, output: str) -> float:
-    return math.ldexp(1.0, -plan.formats.outputs[output]["fraction"])
+    return math.ldexp(1.0, -plan.formats.outputs[output].fraction)
 
 
 _NONE = np.zeros(len(_SHARES))

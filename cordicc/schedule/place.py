@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 from cordicc.schedule.binding import Binding, bind, wiring
 from cordicc.schedule.control import controlled
@@ -25,7 +24,7 @@ def place(plan: Plan, limits: Limits) -> Plan:
     """
     interval = limits.initiation_interval
     problem = scheduling_problem(plan, interval)
-    system = Arithmetic.from_spec(plan.target["arithmetic"]).system
+    system = plan.arithmetic.system
     widths = {v.name: system.format(plan.formats.values.get(v.name)).width_bits for v in problem.values}
     order = goals(limits.minimize, plan.target, tuple(problem.counts()), widths)
     schedule = scheduled(problem, order, limits)
@@ -36,7 +35,7 @@ def place(plan: Plan, limits: Limits) -> Plan:
     units, operations = _bound(started, kinds, fifos, interval, binding)
     return replace(
         plan,
-        options={**plan.options, **({"time_limit_struck": True} if schedule.struck else {})},
+        options=replace(plan.options, time_limit_struck=plan.options.time_limit_struck or schedule.struck),
         initiation_interval=interval,
         latency_cycles=schedule.latency,
         cau_cycles=_cau_cycles(operations),
@@ -55,9 +54,9 @@ def figures(plan: Plan, minimize: str) -> tuple[float, ...]:
     words = plan.fifo_words
     rest = (caus, products, plan.latency_cycles, words)
     if minimize == "area":
-        area = sum(plan.target["units"][unit.kind]["area"] for unit in plan.units)
+        area = sum(plan.target.units[unit.kind].area for unit in plan.units)
         bits = sum(fifo.depth * fifo.width for fifo in plan.fifos)
-        return (area + bits * plan.target["fifo_area_per_bit"], *rest)
+        return (area + bits * plan.target.fifo_area_per_bit, *rest)
     return {"latency": (plan.latency_cycles, *rest), "fifo": (words, *rest)}.get(minimize, rest)
 
 
@@ -96,7 +95,7 @@ def _values(plan: Plan) -> tuple[Value, ...]:
             take(operand, (operation.id, port))
     for name, operand in plan.outputs.items():
         take(operand, (OUT, name))
-    every: list[tuple[str, str | None]] = [(item["name"], None) for item in plan.problem["inputs"]]
+    every: list[tuple[str, str | None]] = [(name, None) for name in plan.problem.input_names]
     every += [(r, o.id) for o in plan.operations for r in o.results if r is not None]
     return tuple(Value(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
 

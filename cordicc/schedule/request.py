@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import lcm
-from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Unattainable
+from cordicc.plan.origin import PlanTarget
 from cordicc.schedule.solver.dependences import network
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal, units_used
@@ -53,9 +53,9 @@ def interval_for(target: Target, rate_hz: float) -> int:
 
 
 def goals(
-    minimize: str, target: Mapping[str, Any], kinds: Sequence[str], widths: Mapping[str, int]
+    minimize: str, target: PlanTarget, kinds: Sequence[str], widths: Mapping[str, int]
 ) -> tuple[Goal, ...]:
-    """Return the goals in order, of a target as plans embed it; `widths` are the bits of each value."""
+    """Return the goals in order; `widths` are the bits of each value."""
     usual = (PROCESSORS, MULTIPLIERS, LATENCY, FIFO_WORDS)
     if minimize == "processors":
         return usual
@@ -65,10 +65,10 @@ def goals(
     return (first, *(goal for goal in usual if goal is not first))
 
 
-def _area(target: Mapping[str, Any], kinds: Sequence[str], widths: Mapping[str, int]) -> Goal:
+def _area(target: PlanTarget, kinds: Sequence[str], widths: Mapping[str, int]) -> Goal:
     """Return the area in integers: a common multiple of the target's figures."""
-    areas = {kind: Fraction(str(target["units"][kind.split(" ")[0]]["area"])) for kind in kinds}
-    bit = Fraction(str(target["fifo_area_per_bit"]))
+    areas = {kind: Fraction(str(target.units[kind.split(" ")[0]].area)) for kind in kinds}
+    bit = Fraction(str(target.fifo_area_per_bit))
     scale = min(lcm(bit.denominator, *(area.denominator for area in areas.values())), _FINEST_AREA)
     units = {kind: round(area * scale) for kind, area in areas.items()}
     return Goal("area", units, 0, round(bit * scale), dict(widths))

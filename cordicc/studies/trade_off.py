@@ -15,6 +15,7 @@ from cordicc.backends.pictures.pareto_plot import Mark
 from cordicc.backends.report.page import Explored
 from cordicc.base.diagnostics import CordiccError, Diagnostic
 from cordicc.base.text_tables import Sheet, Table, plain
+from cordicc.ir.graph import Graph
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
 from cordicc.plan.model import Plan
@@ -69,7 +70,7 @@ class Front:
     copies: int
     points: tuple[Point, ...]
     tried: int
-    program: str = ""
+    program: Graph
     """The equations as written, to recognise plans of the same problem."""
 
     def plot(self) -> Explored:
@@ -78,9 +79,9 @@ class Front:
 
     def is_of(self, plan: Plan) -> bool:
         """Tell whether a plan is of the same problem, target and copies."""
-        same = Path(str(plan.options.get("target"))).stem == self.target
-        same = same and plan.options.get("copies", 1) == self.copies
-        return same and bool(plan.problem.get("program") == self.program)
+        same = Path(plan.options.target).stem == self.target
+        same = same and plan.options.copies == self.copies
+        return same and plan.problem.program == self.program
 
 
 def workers(jobs: int | None, cluster: str | None) -> Executor:
@@ -128,7 +129,7 @@ def explore(
             progress(done, every)
         found = [point for task in tasks for point in task.result()]
     first = next(iter(bases.values()))
-    name, program = first.name, str(first.problem["program"])
+    name, program = first.name, first.problem.program
     title = f"Trade-off of {name}" + (f", {copies} copies" if copies > 1 else "")
     return Front(name, title, Path(target).stem, copies, _front(found), len(found), program)
 

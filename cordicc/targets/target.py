@@ -85,21 +85,6 @@ class Target:
         """Return the target's arithmetic."""
         return Arithmetic.from_spec(self.arithmetic)
 
-    def embedded(self) -> dict[str, Any]:
-        """Return the plain data about the target that a plan carries."""
-        return {
-            "name": self.name,
-            "description": self.description,
-            "clock_hz": self.clock_hz,
-            "angle_unit": self.angle_unit,
-            "arithmetic": self.arithmetic,
-            "fifo_area_per_bit": self.fifo_area_per_bit,
-            "units": {
-                kind: {"latency": u.latency, "adders": u.adders, "area": u.area, "stages": dict(u.stages)}
-                for kind, u in self.units.items()
-            },
-        }
-
     @property
     def has_implicit(self) -> bool:
         """Whether there are implicit CAUs."""

@@ -13,7 +13,6 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, Signal
 from cordicc.emulate import functional
-from cordicc.emulate.observation import machine_of
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
@@ -50,8 +49,8 @@ def test_operands_may_be_broadcast() -> None:
 @pytest.mark.filterwarnings("default")
 def test_long_runs_take_compiled_units(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = cordicc.compile(EXAMPLES / "planar_2r.yaml")
-    machine = machine_of(plan)
-    samples = sampling.draw(plan.problem, 500, 0)
+    machine = plan.arithmetic
+    samples = sampling.draw(plan.problem.workspace, 500, 0)
     plain = functional.run(plan, machine, samples)
     monkeypatch.setattr(functional, "_COMPILED_FROM", 1)
     assert compiled_cau.is_compiled(functional.accelerated(plan, machine, samples, 500))
@@ -125,8 +124,8 @@ def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int,
 @pytest.mark.parametrize("target", ["kinematic", "fixed24"])
 def test_a_plan_has_the_same_bits(target: str) -> None:
     plan = cordicc.compile(EXAMPLES / "quadruped_leg.yaml", target=target, certify=False)
-    machine = machine_of(plan)
-    samples = sampling.draw(plan.problem, 3000, 4)
+    machine = plan.arithmetic
+    samples = sampling.draw(plan.problem.workspace, 3000, 4)
     plain = functional.run(plan, machine, samples)
     fast = functional.run(plan, compiled_cau.compiled_arithmetic(machine), samples)
     for name, column in plain.items():
@@ -135,7 +134,7 @@ def test_a_plan_has_the_same_bits(target: str) -> None:
 
 def test_without_numba_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = cordicc.compile(EXAMPLES / "planar_2r.yaml")
-    machine = machine_of(plan)
+    machine = plan.arithmetic
     monkeypatch.setattr(functional, "_COMPILED_FROM", 1)
     monkeypatch.setattr(functional, "available", lambda: False)
-    assert functional.accelerated(plan, machine, sampling.draw(plan.problem, 5, 0), 5) is machine
+    assert functional.accelerated(plan, machine, sampling.draw(plan.problem.workspace, 5, 0), 5) is machine

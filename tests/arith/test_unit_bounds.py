@@ -7,7 +7,6 @@ import pytest
 
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
-from cordicc.emulate.observation import machine_of
 from cordicc.emulate.ports import Formats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import evaluate
@@ -94,7 +93,7 @@ def check(operation, unit, operands, words, formats):
 @pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_every_unit_is_within_its_bound(name: str) -> None:
     plan = planned(problem_path(name), target="fixed24")
-    arithmetic = machine_of(plan)
+    arithmetic = plan.arithmetic
     formats = Formats.of(plan, arithmetic)
     inputs = inputs_of(name)
     samples, _ = prepare(plan, {name: column[:ROWS] for name, column in inputs.items()})

@@ -19,7 +19,6 @@ from cordicc.backends.c.c_words import Term
 from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import functional
-from cordicc.emulate.observation import machine_of
 from cordicc.plan.model import Operand, Plan
 from cordicc.targets.target import load_target
 from tests.support.c_models import (
@@ -219,7 +218,7 @@ def test_csv_in_any_order_with_extra_columns(tmp_path: Path) -> None:
     text = '\ufeffnote, x1 ,"x0"\r\n"a, ""b""", 0.125 , +5e-2\r\n\r\nc,1e9,"0.25"\nd,-0.0,.5'
     done = run(program, text)
     assert done.returncode == 0, done.stderr
-    wanted = functional.run(plan, machine_of(plan), {"x0": [0.05, 0.25, 0.5], "x1": [0.125, 1e9, -0.0]})
+    wanted = functional.run(plan, plan.arithmetic, {"x0": [0.05, 0.25, 0.5], "x1": [0.125, 1e9, -0.0]})
     header, *rows = done.stdout.splitlines()
     assert header == ",".join(wanted)
     assert [row.split(",")[-1] for row in rows] == [str(int(ok)) for ok in wanted["valid"]]

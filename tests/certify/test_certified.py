@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from cordicc.plan.problem_record import UNIT_PROGRAM
 
 from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import bounds_of
 from cordicc.emulate import functional
-from cordicc.emulate.observation import exact, machine_of
+from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from cordicc.plan.problem_record import UNIT_PROGRAM
 from tests.support.corpus import PROBLEMS, inputs_of, problem_path
 from tests.support.plans import planned
 
@@ -27,9 +27,9 @@ def test_no_sample_is_beyond_the_bound(name: str) -> None:
     bounds = bounds_of(plan)
     net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], name))
     corpus = inputs_of(name)
-    drawn = sampling.draw(plan.problem, MANY.get(name, ROWS), 11)
+    drawn = sampling.draw(plan.problem.workspace, MANY.get(name, ROWS), 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}
-    simulated = functional.run(plan, machine_of(plan), points)
+    simulated = functional.run(plan, plan.arithmetic, points)
     values, defined = exact(plan.problem, points)
     for output, bound in bounds.items():
         assert bound.value is not None, bound.reason

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cordicc.plan.problem_record import UNIT_PROGRAM
 from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,7 +27,7 @@ from cordicc.certify.sweep import errors, forward
 from cordicc.certify.twins import twins
 from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
-from cordicc.emulate.observation import exact, machine_of
+from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.enclose import Interval
@@ -34,7 +35,6 @@ from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import Options, compile_file, plan_file
 from cordicc.plan.model import Plan
-from cordicc.plan.problem_record import UNIT_PROGRAM
 
 NUMBERS = st.floats(-50, 50, allow_subnormal=False)
 FUNCTIONS = {
@@ -183,7 +183,7 @@ def test_no_input_of_a_small_format_is_beyond(tmp_path: Path) -> None:
         grids.append(np.arange(math.ceil(item["lo"] / half), math.floor(item["hi"] / half) + 1) * half)
     columns = np.meshgrid(*grids)
     points = {item["name"]: c.ravel() for item, c in zip(plan.problem["inputs"], columns, strict=True)}
-    simulated = functional.run(plan, machine_of(plan), points)
+    simulated = functional.run(plan, plan.arithmetic, points)
     some = {name: column[::7] for name, column in points.items()}
     values, defined = exact(plan.problem, some)
     for output, bound in bounds.items():
@@ -213,10 +213,10 @@ outputs: [a, b]
 def test_bounds_of_singular_outputs_say_where(tmp_path: Path) -> None:
     plan = planned(tmp_path, SINGULAR)
     net, bounds = network_of(plan), bounds_of(plan)
-    points = sampling.draw(plan.problem, 2000, 5)
+    points = sampling.draw(plan.problem.workspace, 2000, 5)
     points["x"][:50] *= 1e-6
     points["y"][:50] *= 1e-6
-    simulated = functional.run(plan, machine_of(plan), points)
+    simulated = functional.run(plan, plan.arithmetic, points)
     values, _ = exact(plan.problem, points)
     for output, bound in bounds.items():
         assert bound.where
@@ -235,7 +235,7 @@ def test_a_choice_at_a_switch_is_counted_or_excluded(tmp_path: Path) -> None:
     bound = bounds_of(plan)["a"]
     x = np.linspace(-1, 1, 4001)
     points = {"x": x, "y": np.clip(3 * x, 0.5, 1)}
-    simulated = functional.run(plan, machine_of(plan), points)
+    simulated = functional.run(plan, plan.arithmetic, points)
     values, defined = exact(plan.problem, points)
     held = inside(network_of(plan), {"a": bound.where}, points)["a"] & simulated["valid"] & defined
     assert bound.value is not None
@@ -314,8 +314,8 @@ def test_values_and_derivatives(op: str, params: tuple, count: int) -> None:
 def test_own_bounds_hold_for_each_sample(tmp_path: Path) -> None:
     plan = planned(tmp_path, TINY)
     net = network_of(plan)
-    points = sampling.draw(plan.problem, 500, 3)
-    simulated = functional.run(plan, machine_of(plan), points)
+    points = sampling.draw(plan.problem.workspace, 500, 3)
+    simulated = functional.run(plan, plan.arithmetic, points)
     values, _ = exact(plan.problem, points)
     columns = {name: Boxes(column, column) for name, column in points.items()}
     for output in net.outputs:
@@ -328,7 +328,7 @@ def test_own_bounds_hold_for_each_sample(tmp_path: Path) -> None:
 def test_exact_enclosures_hold_the_reference(tmp_path: Path) -> None:
     plan = planned(tmp_path, TINY)
     net = network_of(plan)
-    points = sampling.draw(plan.problem, 200, 4)
+    points = sampling.draw(plan.problem.workspace, 200, 4)
     values, _ = exact(plan.problem, points)
     columns = {name: Boxes(column, column) for name, column in points.items()}
     for output, source in net.outputs.items():
@@ -348,7 +348,7 @@ def test_a_plan_states_and_judges_its_bounds(tmp_path: Path) -> None:
         assert bound["where"]
     stated = StatedBounds.of(plan)
     assert stated is not None
-    held = stated.inside(sampling.draw(plan.problem, 10_000, 3))
+    held = stated.inside(sampling.draw(plan.problem.workspace, 10_000, 3))
     assert set(held) == set(plan.outputs)
     assert all(inside.all() for inside in held.values())
     assert compile_file(path, Options("fixed24", certify=False)).plan.accuracy["a"]["bound"] is None

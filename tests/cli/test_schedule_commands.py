@@ -64,7 +64,7 @@ def test_the_wheel_from_pipelined_to_one_cau() -> None:
 @pytest.mark.parametrize("interval", [2, 5, 16])
 def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: int) -> None:
     plan = cordicc.Plan.of(planned(name, initiation_interval=interval))
-    samples = draw(plan.problem, 70, 3)
+    samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
 
@@ -72,7 +72,7 @@ def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: in
 @pytest.mark.parametrize("interval", [2, 4])
 def test_shared_units_in_fixed_point_give_the_same_bytes_clock_by_clock(interval: int) -> None:
     plan = cordicc.Plan.of(planned("planar_2r", "fixed24", initiation_interval=interval))
-    samples = draw(plan.problem, 70, 3)
+    samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
     assert functional["valid"].any()

@@ -14,7 +14,6 @@ from cordicc.emulate import functional, judging
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import Judged, Judgement, Limits
 from cordicc.emulate.long_run import run_parts
-from cordicc.emulate.observation import angles_of, machine_of
 from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
 from tests.cli.test_cli import run
@@ -50,9 +49,9 @@ def judged(
     parts = [{n: c[i : i + part] for n, c in samples.items()} for i in range(0, count, part)]
     report = run_parts(
         parse_graph(plan.problem["program"], "plan"),
-        angles_of(plan.problem),
+        plan.problem.angles,
         parts,
-        lambda each: functional.run(plan, machine_of(plan), each),
+        lambda each: functional.run(plan, plan.arithmetic, each),
         lambda made: None,
         lambda count: None,
         reference,
@@ -80,7 +79,7 @@ def test_where_is_judged_for_every_sample(plan: cordicc.Plan) -> None:
     held = stated.inside({"x": size, "y": -size})
     assert held["a"].tolist() == [False, False, True, True]
     assert held["s"].all()
-    many = {n: column * 0.01 for n, column in sampling.draw(plan.problem, 20_000, 3).items()}
+    many = {n: column * 0.01 for n, column in sampling.draw(plan.problem.workspace, 20_000, 3).items()}
     whole = stated.inside(many)["a"]
     assert 0.99 <= whole.mean() < 1
     again = [stated.inside({n: c[i : i + 777] for n, c in many.items()})["a"] for i in range(0, 20_000, 777)]
@@ -92,7 +91,7 @@ def test_parts_and_reference_change_no_judgement(plan: cordicc.Plan, factor: flo
     stated = StatedBounds.of(plan)
     assert stated is not None
     limits = Limits({name: factor * value for name, value in stated.values.items()}, stated.inside)
-    samples = sampling.draw(plan.problem, 3000, 5)
+    samples = sampling.draw(plan.problem.workspace, 3000, 5)
     samples["x"][7] = 2.0
     whole = judged(plan, samples, 3000, 3000, limits)
     assert whole["a"].samples == 2999
@@ -106,7 +105,7 @@ def test_parts_and_reference_change_no_judgement(plan: cordicc.Plan, factor: flo
 
 def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(judging, "MOST_BEYOND", 10)
-    samples = sampling.draw(plan.problem, 500, 5)
+    samples = sampling.draw(plan.problem.workspace, 500, 5)
     stated = StatedBounds.of(plan)
     assert stated is not None
     limits = Limits({"s": 1e-12}, stated.inside)
@@ -116,7 +115,7 @@ def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch:
 
 def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
     """What double precision calls an error, and high precision does not, is none."""
-    graph, angles = parse_graph(plan.problem["program"], "plan"), angles_of(plan.problem)
+    graph, angles = parse_graph(plan.problem["program"], "plan"), plan.problem.angles
     judgement = Judgement(graph, angles, Limits({"s": 0.1}, lambda inputs: {"s": np.ones(3, bool)}))
     inputs = {"x": np.array([0.1, 0.2, 0.3]), "y": np.array([0.5, 0.5, 0.5])}
     outputs = {"s": np.array([0.6, 0.7, 1.0])}

@@ -13,7 +13,7 @@ from cordicc.cli import simulate
 from cordicc.emulate import accuracy, functional, sample_tables
 from cordicc.emulate.histogram import Errors, worst_first
 from cordicc.emulate.long_run import run_parts
-from cordicc.emulate.observation import angles_of, exact, machine_of
+from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.reference import evaluate
@@ -44,16 +44,16 @@ def test_samples_drawn_in_parts_are_the_same(own: bool, part: int) -> None:
     problem = {"inputs": [{"name": "a", "lo": -1, "hi": 2}, {"name": "b", "lo": 0, "hi": 0.3}]}
     if own:
         problem["samples"] = {"columns": {"a": [1, 2, 3], "b": [4, 5, 6]}}
-    whole = sampling.draw(problem, 100, 7)
-    parts = list(sampling.draw_parts(problem, 100, 7, part))
+    whole = sampling.draw(problem.workspace, 100, 7)
+    parts = list(sampling.draw_parts(problem.workspace, 100, 7, part))
     for name, column in whole.items():
         assert np.array_equal(column, np.concatenate([each[name] for each in parts]))
 
 
 def test_parts_and_reference_change_no_figure(plan: cordicc.Plan) -> None:
-    graph, angles = parse_graph(plan.problem["program"], "plan"), angles_of(plan.problem)
-    machine = machine_of(plan)
-    samples = sampling.draw(plan.problem, 1500, 3)
+    graph, angles = parse_graph(plan.problem["program"], "plan"), plan.problem.angles
+    machine = plan.arithmetic
+    samples = sampling.draw(plan.problem.workspace, 1500, 3)
     samples["x"][5:9] = 9.0
     outputs = functional.run(plan, machine, samples)
     whole = accuracy.compare(exact(plan.problem, samples), angles, outputs)
@@ -351,7 +351,7 @@ def test_own_bounds_hold_sample_by_sample(edge: Path, tmp_path: Path) -> None:
     result = run("simulate", edge, "--random", 3000, "--own-bounds", "--outputs", out)
     assert result.exit_code == 0, result.output
     plan = cordicc.load_plan(edge)
-    samples = sampling.draw(plan.problem, 3000, 0)
+    samples = sampling.draw(plan.problem.workspace, 3000, 0)
     values, defined = exact(plan.problem, samples)
     with np.load(out) as made:
         both = made["valid"] & defined

@@ -16,7 +16,6 @@ from cordicc.api import Plan
 from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import waveform
-from cordicc.emulate.observation import machine_of
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
 from tests.support.plans import planned
@@ -66,10 +65,10 @@ def test_outputs_leave_with_their_words_when_they_should(
     name: str, top: str, target: str, interval: int
 ) -> None:
     plan = compiled(name, target, interval)
-    samples = sampling.draw(plan.problem, 5, 3)
+    samples = sampling.draw(plan.problem.workspace, 5, 3)
     first = next(iter(samples))
     samples[first][2] = 1e9
-    machine = machine_of(plan)
+    machine = plan.arithmetic
     variables, changes, timescale = read(waveform.render(plan, samples))
     assert timescale == "10 ns"
     period = 10
@@ -97,7 +96,7 @@ def pattern(words: np.ndarray, width: int) -> int:
 @pytest.mark.parametrize("interval", [1, 4])
 def test_every_port_result_and_fifo_has_a_signal(interval: int) -> None:
     plan = compiled("planar_2r", "kinematic", interval)
-    samples = sampling.draw(plan.problem, 3, 0)
+    samples = sampling.draw(plan.problem.workspace, 3, 0)
     variables, changes, _ = read(waveform.render(plan, samples))
     for fifo in plan.fifos:
         path = f"planar_2r.fifos.{fifo.id}_{fifo.value.replace('.', '_')}"
@@ -123,7 +122,7 @@ def test_every_port_result_and_fifo_has_a_signal(interval: int) -> None:
 
 def test_operands_enter_when_the_plan_says() -> None:
     plan = compiled("planar_2r", "fixed24")
-    samples = sampling.draw(plan.problem, 1, 0)
+    samples = sampling.draw(plan.problem.workspace, 1, 0)
     _, changes, _ = read(waveform.render(plan, samples))
     for operation in plan.operations:
         for port, operand in zip(operation.ports, operation.operands, strict=True):
@@ -135,7 +134,7 @@ def test_operands_enter_when_the_plan_says() -> None:
 
 def test_the_same_bytes_and_no_date() -> None:
     plan = compiled("wheel_beta", "fixed24")
-    samples = sampling.draw(plan.problem, 4, 0)
+    samples = sampling.draw(plan.problem.workspace, 4, 0)
     texts = {waveform.render(plan, samples) for _ in range(2)}
     assert len(texts) == 1
     assert "$date" not in texts.pop()
@@ -153,7 +152,7 @@ def test_a_waveform_that_would_be_too_large_is_refused(monkeypatch: pytest.Monke
     plan = compiled("wheel_beta", "fixed24")
     monkeypatch.setattr(waveform, "MOST_SIGNAL_CYCLES", 1000)
     with pytest.raises(Unattainable, match="E616"):
-        waveform.render(plan, sampling.draw(plan.problem, 100, 0))
+        waveform.render(plan, sampling.draw(plan.problem.workspace, 100, 0))
 
 
 def test_no_samples() -> None:
@@ -167,7 +166,7 @@ def test_the_first_samples_are_those_that_simulate_takes(tmp_path: Path) -> None
     problem = compiled("planar_2r", "fixed24").problem
     drawn, more = waveform.first_samples(problem, None, 50, 7, 20)
     assert more
-    wanted = sampling.draw(problem, 50, 7)
+    wanted = sampling.draw(problem.workspace, 50, 7)
     assert all(np.array_equal(drawn[name], wanted[name][:20]) for name in wanted)
     file = tmp_path / "in.csv"
     file.write_text("y,note,x\n0.1,5,0.3\n0.2,6,0.25\n", encoding="utf-8")

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from cordicc.ir.copies import copied
 
 import cordicc
 from cordicc.cli.main import main
-from cordicc.ir.copies import copied
 from cordicc.ir.sampling import draw
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.copies import replicated
@@ -36,7 +36,7 @@ def test_copies_share_the_units(pair: cordicc.Plan) -> None:
 
 def test_each_copy_computes_what_the_problem_does(pair: cordicc.Plan) -> None:
     one = planned(EXAMPLES / "wheel_suspension.yaml")
-    samples = draw(pair.problem, 60, 2)
+    samples = draw(pair.problem.workspace, 60, 2)
     together = pair.simulate(samples)
     clocked = pair.simulate(samples, cycle_accurate=True)
     assert all(together[name].tobytes() == clocked[name].tobytes() for name in together)

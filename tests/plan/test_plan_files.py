@@ -81,8 +81,8 @@ def test_every_place_by_a_hostile_value(base: dict[str, Any], hostile: str) -> N
         assert all(re.fullmatch("E60[0-9]", d.code) for d in error.diagnostics), path
     assert bool(accepted) == (hostile not in NEVER_FIT)
     for plan in accepted:
-        inputs = sampling.draw(plan.problem, 3, 0)
-        outputs = functional.run(plan, observation.machine_of(plan), inputs)
+        inputs = sampling.draw(plan.problem.workspace, 3, 0)
+        outputs = functional.run(plan, observation.plan.arithmetic, inputs)
         comparison = observation.compare(plan, inputs, outputs)
         plain(comparison_sheet(plan, comparison, {}))
         json.dumps(comparison_data(plan, comparison), allow_nan=False)

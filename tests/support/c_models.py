@@ -15,7 +15,6 @@ import pytest
 from cordicc.arith.numbers.fixed_point import fraction_bits_for
 from cordicc.backends.c import c_model
 from cordicc.emulate import functional
-from cordicc.emulate.observation import machine_of
 from cordicc.ir.ops import GUARD_CONDITIONS, OPS, Level
 from cordicc.plan.model import Formats, Operand, Operation, Plan
 
@@ -50,7 +49,7 @@ def run(program: Path, text: str) -> subprocess.CompletedProcess[str]:
 
 def check(plan: Plan, samples: Samples, folder: Path, *flags: str) -> dict[str, np.ndarray]:
     """Compare the C model with the emulator, bit for bit; return what both give."""
-    expected = functional.run(plan, machine_of(plan), samples)
+    expected = functional.run(plan, plan.arithmetic, samples)
     done = run(build(c_model.files(plan), folder, *flags), csv_text(samples))
     assert done.returncode == 0, done.stderr
     header, *rows = done.stdout.splitlines()

@@ -20,7 +20,6 @@ from cordicc import pipeline
 from cordicc.base.codes import CODES
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate import cycle, functional
-from cordicc.emulate.observation import machine_of
 from cordicc.expressions.syntax import FUNCTIONS
 from cordicc.ir import sampling
 from cordicc.plan.file import dump, parse
@@ -330,7 +329,7 @@ def compiled(text: Text) -> str:
         plan = pipeline.compile_file(path, pipeline.Options()).plan
         files = pipeline.artefacts(plan)
         again = parse(files["plan.json"], "plan.json")
-        pipeline.check_plan(again, "plan.json")
+        pipeline.check_plan(again)
         assert dump(again) == files["plan.json"]
         return "ok"
 
@@ -340,11 +339,11 @@ def compiled(text: Text) -> str:
 def loaded(text: Text) -> str:
     """The text of a plan is refused, or the plan can be run both ways, drawn and written again."""
     try:
-        plan = pipeline.check_plan(parse(text, "plan.json"), "plan.json")
+        plan = pipeline.check_plan(parse(text, "plan.json"))
     except InvalidInput as error:
         return told(error)
-    inputs = sampling.draw(plan.problem, 3, 0)
-    machine = machine_of(plan)
+    inputs = sampling.draw(plan.problem.workspace, 3, 0)
+    machine = plan.arithmetic
     first, second = functional.run(plan, machine, inputs), cycle.run(plan, machine, inputs)
     for name in plan.outputs:
         assert first[name].tobytes() == second[name].tobytes(), name

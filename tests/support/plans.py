@@ -49,7 +49,7 @@ def planned(path: Path, *, ii: int = 1, **options: Any) -> cordicc.Plan:
         return first
     asked = _request(ii=ii, **options)
     limits = replace(asked.limits, effort=asked.limits.effort.times(asked.effort))
-    again = replace(first, options={**first.options, "ii": ii})
+    again = replace(first, options=replace(first.options, ii=ii))
     return _kept("placed", path, asked, lambda: place(again, limits))
 
 

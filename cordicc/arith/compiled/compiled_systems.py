@@ -11,7 +11,7 @@ import numpy as np
 from cordicc.arith.numbers.fixed_point import ROUNDINGS, SHIFT_LIMIT, FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
-from cordicc.arith.numbers.formats import FloatArray, NumberFormat, NumberSystem, Signal, Word
+from cordicc.arith.numbers.formats import BinaryPoint, FloatArray, NumberFormat, NumberSystem, Signal, Word
 
 _COMPILED = ("add", "sub", "mul", "cmul")
 
@@ -79,7 +79,7 @@ class CompiledFixedPoint(FixedPoint):
 class CompiledFixed(FixedSystem):
     """A number system of fixed point."""
 
-    def format(self, spec: Mapping[str, Any] | None) -> FixedPoint:
+    def format(self, spec: BinaryPoint | None) -> FixedPoint:
         """Return the format that a plan states.  Raises ValueError."""
         return _compiled(FixedSystem.format(self, spec))
 

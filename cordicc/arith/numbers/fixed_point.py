@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.numbers.formats import FloatArray, Word
+from cordicc.arith.numbers.formats import BinaryPoint, FloatArray, Word
 
 WIDTHS = range(4, 33)
 """Word widths in bits that a format may have."""
@@ -134,9 +134,10 @@ class FixedPoint:
         values = np.ldexp(number.mantissa.astype(np.float64), -number.fraction)
         return self._within_pi(self.rounded(number), values)
 
-    def spec(self) -> dict[str, Any]:
+    @property
+    def binary_point(self) -> BinaryPoint:
         """Return what a plan states of the format; its rounding is the system's."""
-        return {"width": self.width_bits, "fraction": self.fraction_bits}
+        return BinaryPoint(self.width_bits, self.fraction_bits)
 
 
 def fraction_bits_for(magnitude: float, width_bits: int) -> int:

@@ -25,7 +25,7 @@ from cordicc.arith.numbers.fixed_point import (
     FixedPoint,
     fraction_bits_for,
 )
-from cordicc.arith.numbers.formats import NumberFormat, Signal, Word
+from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, Signal, Word
 from cordicc.arith.numbers.operations import EXACT, kept
 
 _MOST_DIGITS = 17
@@ -65,16 +65,15 @@ class FixedSystem:
     def _format_for(self, magnitude: float, width: int) -> FixedPoint:
         return FixedPoint(width, fraction_bits_for(magnitude, width), self.rounding)
 
-    def format(self, spec: Mapping[str, Any] | None) -> FixedPoint:
+    def format(self, spec: BinaryPoint | None) -> FixedPoint:
         """Return the format that a plan states.  Raises ValueError."""
-        if spec is None or set(spec) != {"width", "fraction"}:
+        if spec is None:
             raise ValueError("a fixed-point value needs a format with 'width' and 'fraction'")
-        width, fraction = spec["width"], spec["fraction"]
-        if type(width) is not int or width not in (self.width_bits, self.operand_bits):
+        if spec.width not in (self.width_bits, self.operand_bits):
             raise ValueError(f"the words of a value have {self.width_bits} or {self.operand_bits} bits")
-        if type(fraction) is not int or fraction not in FRACTIONS:
+        if spec.fraction not in FRACTIONS:
             raise ValueError(f"a format has {FRACTIONS.start} to {FRACTIONS.stop - 1} fraction bits")
-        return FixedPoint(width, fraction, self.rounding)
+        return FixedPoint(spec.width, spec.fraction, self.rounding)
 
     def constant_text(self, number: Fraction) -> str:
         """Return the shortest decimal text that reads as the nearest word."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cordicc.arith.kernels.blocks import unpack
 from cordicc.arith.kernels.reduction import phase_in_turns
 from cordicc.arith.numbers.decimals import parse_decimal
-from cordicc.arith.numbers.formats import SINGLE, FloatArray, NumberFormat, Signal, Word
+from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, FloatArray, NumberFormat, Signal, Word
 from cordicc.arith.numbers.operations import EXACT, kept
 
 _SIGNIFICAND_BITS = 24
@@ -28,7 +28,7 @@ class SingleSystem:
 
     operand_bits: int = _SIGNIFICAND_BITS
 
-    def format(self, spec: Mapping[str, Any] | None) -> NumberFormat:
+    def format(self, spec: BinaryPoint | None) -> NumberFormat:
         """Return single precision.  Raises ValueError if a plan states another format."""
         if spec is not None:
             raise ValueError("values of IEEE single have no format of their own")

@@ -24,6 +24,13 @@ PI_SLACK = 2.0**-24
 """Radians beyond pi that a unit's own error may reach, and that `encode_angle` still takes for pi."""
 
 
+class BinaryPoint(NamedTuple):
+    """The format of a fixed-point value: the bits of a word, and how many of them follow the point."""
+
+    width: int
+    fraction: int
+
+
 class NumberFormat(Protocol):
     """How the words of one value stand for numbers."""
 
@@ -60,7 +67,7 @@ class NumberSystem(Protocol):
     def operand_bits(self) -> int:
         """The most significant bits that a word has."""
 
-    def format(self, spec: Mapping[str, Any] | None) -> NumberFormat:
+    def format(self, spec: BinaryPoint | None) -> NumberFormat:
         """Return the format that a plan states for a value, None where it states none.
 
         Raises ValueError.

@@ -28,10 +28,11 @@ _FEWEST_ITERATIONS = 4
 
 @dataclass(frozen=True, slots=True)
 class Arithmetic:
-    """A number system and the CAUs by kind."""
+    """A number system and the CAUs by kind, and the plain data that they were built from."""
 
     system: NumberSystem
     caus: Mapping[str, Cau]
+    spec: Mapping[str, Any]
 
     @classmethod
     def from_spec(cls, spec: Mapping[str, Any]) -> Arithmetic:
@@ -41,7 +42,8 @@ class Arithmetic:
         if not isinstance(spec["units"], Mapping):
             raise ValueError("arithmetic.units must be a mapping of kinds")
         units = spec["units"].items()
-        return cls(system, {str(kind): _cau(str(kind), unit, system.operand_bits) for kind, unit in units})
+        caus = {str(kind): _cau(str(kind), unit, system.operand_bits) for kind, unit in units}
+        return cls(system, caus, spec)
 
     def execute(
         self,

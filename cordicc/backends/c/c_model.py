@@ -56,11 +56,11 @@ class _Model:
 
     def __post_init__(self) -> None:
         plan = self.plan
-        self.arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
+        self.arithmetic = plan.arithmetic
         system = self.arithmetic.system
         assert isinstance(system, (FixedSystem, SingleSystem))
         self.words = FixedWords(system) if isinstance(system, FixedSystem) else SingleWords(system)
-        inputs = [str(item["name"]) for item in plan.problem["inputs"]]
+        inputs = list(plan.problem.input_names)
         results = [name for o in plan.operations for name in o.results if name is not None]
         self.formats = {name: system.format(plan.formats.values.get(name)) for name in (*inputs, *results)}
         members, locals_ = identifiers(inputs), identifiers(results)
@@ -92,7 +92,7 @@ class _Model:
         return {
             "name": self.name,
             "title": comment(plan.name),
-            "target": comment(str(plan.target["name"])),
+            "target": comment(plan.target.name),
             "description": [comment(line) for line in plan.description.splitlines() if line.strip()],
             "guard": f"CORDICC_{self.name.upper()}_H",
             "fixed": fixed,
@@ -107,20 +107,16 @@ class _Model:
 
     def _inputs(self) -> Iterator[dict[str, Any]]:
         used = self._used()
-        for at, item in enumerate(self.plan.problem["inputs"]):
-            name = str(item["name"])
+        for at, item in enumerate(self.plan.problem.inputs):
+            name = item.name
             format_ = self.formats[name]
-            about = [
-                self.words.describe(format_),
-                f"{item['lo']!r} to {item['hi']!r}",
-                item.get("unit") or "",
-            ]
+            about = [self.words.describe(format_), f"{item.lo!r} to {item.hi!r}", item.unit or ""]
             yield {
                 "name": name,
                 "member": self.terms[name].text.removeprefix("in->"),
                 "comment": comment("; ".join(part for part in about if part)),
-                "lo": float(item["lo"]),
-                "hi": float(item["hi"]),
+                "lo": item.lo,
+                "hi": item.hi,
                 "encoded": self.words.encode(f"numbers[{at}]", format_),
                 "invalid": self.words.invalid(format_),
                 "reads": name in used,
@@ -144,7 +140,7 @@ class _Model:
             }
 
     def _equation(self, name: str) -> str:
-        texts = [str(e["text"]) for e in self.plan.problem.get("equations", []) if e["target"] == name]
+        texts = [e.text for e in self.plan.problem.equations if e.target == name]
         return texts[0] if texts else ""
 
     def _term(self, operand: Operand) -> Term:

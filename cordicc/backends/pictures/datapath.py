@@ -66,12 +66,12 @@ def _slots(plan: Plan) -> dict[str, Slot]:
 
 
 def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
-    about = {str(item["name"]): item for item in plan.problem.get("inputs", [])}
+    about = {item.name: item for item in plan.problem.inputs}
     shapes = []
     for name in wiring.input_names(plan):
-        item = about.get(name, {})
-        unit = f" {item['unit']}" if item.get("unit") else ""
-        tip = f"input {name}: {item.get('lo', '?')} to {item.get('hi', '?')}{unit}"
+        item = about[name]
+        unit = f" {item.unit}" if item.unit else ""
+        tip = f"input {name}: {item.lo} to {item.hi}{unit}"
         shapes.append(name_shape(f"in.{name}", "input", name, tip, layers[f"in.{name}"]))
     shapes += [operation_shape(item, layers[f"op.{item.id}"]) for item in plan.operations]
     shapes += [fifo_shape(item, layers[f"fifo.{item.id}"]) for item in plan.fifos]

@@ -11,6 +11,7 @@ from typing import Any
 from cordicc.backends.palette import INK, LOOKS, MUTED, RULE
 from cordicc.backends.pictures.svg import Svg, fitted, number
 from cordicc.plan.model import Plan
+from cordicc.plan.stated_accuracy import SeenErrors
 
 _WIDTH, _HEIGHT = 300.0, 92.0
 _LEFT, _TOP, _RIGHT, _BELOW = 16.0, 44.0, 16.0, 34.0
@@ -38,37 +39,33 @@ class _Axis:
 
 def render(plan: Plan) -> list[str]:
     """Return a picture for each output of which errors are recorded."""
-    known = {
-        name: found
-        for name in plan.outputs
-        if (found := (plan.accuracy.get(name) or {}).get("observed") or {}).get("histogram")
-    }
+    known = {name: plan.accuracy[name].observed for name in plan.outputs if name in plan.accuracy}
+    known = {name: seen for name, seen in known.items() if seen.histogram}
     if not known:
         return []
-    largest = [least for found in known.values() for least, _ in found["histogram"] if least > 0]
+    largest = [least for found in known.values() for least, _ in found.histogram if least > 0]
     bounds = [bound for name in known if (bound := _bound(plan, name))]
     last = max([math.frexp(error)[1] for error in (*largest, *bounds)], default=0)
     smallest = min((math.frexp(error)[1] - 1 for error in largest), default=last - 1)
     axis = _Axis(max(smallest, last - _MOST_BINS) - 1, last)
-    angles = {str(o["name"]): bool(o.get("angle")) for o in plan.problem.get("outputs", [])}
-    return [_chart(name, found, _bound(plan, name), axis, angles) for name, found in known.items()]
+    angles = plan.problem.angles
+    return [_chart(name, seen, _bound(plan, name), axis, angles) for name, seen in known.items()]
 
 
 def _bound(plan: Plan, name: str) -> float | None:
-    bound = (plan.accuracy.get(name) or {}).get("bound") or {}
-    value = bound.get("value")
-    return float(value) if isinstance(value, (int, float)) and value > 0 else None
+    bound = plan.accuracy[name].bound
+    return bound.value if bound is not None and bound.value > 0 else None
 
 
-def _chart(name: str, found: Any, bound: float | None, axis: _Axis, angles: dict[str, bool]) -> str:
+def _chart(name: str, seen: SeenErrors, bound: float | None, axis: _Axis, angles: dict[str, bool]) -> str:
     svg = Svg("eh")
-    unit = " rad" if angles.get(name) else ""
+    unit = " rad" if angles[name] else ""
     svg.text(_LEFT, 16, fitted(name, 12, 120, bold=True), 12, bold=True)
-    figures = [f"max {found['max']:.2e}", f"rms {found['rms']:.2e}"]
+    figures = [f"max {seen.max:.2e}", f"rms {seen.rms:.2e}"]
     figures += [f"bound {bound:.2e}"] if bound else []
     svg.text(_LEFT, 32, " · ".join(figures) + unit, 10, fill=MUTED)
     counts: dict[int, int] = {}
-    for least, count in found["histogram"]:
+    for least, count in seen.histogram:
         exponent = axis.first if least <= 0 else max(math.frexp(least)[1] - 1, axis.first)
         counts[exponent] = counts.get(exponent, 0) + int(count)
     total, most = sum(counts.values()) or 1, max(counts.values(), default=1)
@@ -86,7 +83,7 @@ def _chart(name: str, found: Any, bound: float | None, axis: _Axis, angles: dict
         svg.close()
     svg.tag("path", d=f"M{_LEFT} {base}h{_WIDTH}", stroke=INK, stroke_width=1)
     _ticks(svg, axis, base)
-    for value, dash in ((found["rms"], "2 2"), (found["max"], ""), (bound, "6 3")):
+    for value, dash in ((seen.rms, "2 2"), (seen.max, ""), (bound, "6 3")):
         if value:
             _mark(svg, axis.at(value), base, dash)
     summary = f"Errors of {name}: " + ", ".join(figures) + unit

@@ -206,11 +206,10 @@ def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: floa
         for base in (1, 2, 5)
         if base * 10**power * scale >= TICK_SPACING
     )
-    clock = labels.clock_hz(plan)
+    clock = plan.clock_hz
     marks = [cycle for cycle in range(0, span + 1, step) if span - cycle >= step * 0.6 or cycle == span]
     svg.text(left - 12, top - 20, "cycle", SIZE, anchor="end", fill=MUTED)
-    if clock:
-        svg.text(left - 12, top + height + 16, "time", SIZE, anchor="end", fill=MUTED)
+    svg.text(left - 12, top + height + 16, "time", SIZE, anchor="end", fill=MUTED)
     for cycle in sorted({*marks, plan.latency_cycles}):
         x = left + cycle * scale
         end = cycle == plan.latency_cycles
@@ -219,8 +218,7 @@ def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: floa
             stroke=INK if end else RULE, stroke_width=1,
         )  # fmt: skip
         svg.text(x, top - 20, str(cycle), SIZE, anchor="middle", bold=end)
-        if clock:
-            svg.text(x, top + height + 16, labels.seconds(cycle, clock), SIZE, anchor="middle", fill=MUTED)
+        svg.text(x, top + height + 16, labels.seconds(cycle, clock), SIZE, anchor="middle", fill=MUTED)
 
 
 def _rows(

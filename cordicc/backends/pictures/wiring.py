@@ -8,7 +8,7 @@ from cordicc.plan.model import Fifo, Operand, Operation, Plan
 
 def input_names(plan: Plan) -> tuple[str, ...]:
     """Return the inputs in the order of the problem, then any others that the plan takes."""
-    declared = [str(item["name"]) for item in plan.problem.get("inputs", [])]
+    declared = plan.problem.input_names
     made = {name for operation in plan.operations for name in operation.results if name}
     taken = [item.value for operation in plan.operations for item in operation.operands]
     taken += [item.value for item in plan.outputs.values()]

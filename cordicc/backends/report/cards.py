@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +14,7 @@ from cordicc.backends.report.unit_accuracy import own_errors
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.mathml import Formula, name
 from cordicc.plan.model import Fifo, Operation, Plan
+from cordicc.plan.origin import PlanInput
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +46,7 @@ class Cards:
 
     def all(self) -> list[About]:
         """Return a card for each input, operation, FIFO and output."""
-        about = {str(item["name"]): item for item in self.plan.problem.get("inputs", [])}
-        inputs = [_input(each, about.get(each, {})) for each in wiring.input_names(self.plan)]
+        inputs = [_input(each) for each in self.plan.problem.inputs]
         operations = [self._operation(each) for each in self.plan.operations]
         fifos = [self._fifo(each) for each in self.plan.fifos]
         return [*inputs, *operations, *fifos, *(self._output(each) for each in self.plan.outputs)]
@@ -77,11 +76,10 @@ class Cards:
         return About(f"op.{operation.id}", title, formulas, tuple(facts), operation.derivation)
 
     def _cycles(self, begin: int, end: int) -> str:
-        clock = labels.clock_hz(self.plan)
+        clock = self.plan.clock_hz
         if begin == end:
             return f"in cycle {begin}, without taking one"
-        times = f", {labels.seconds(begin, clock)} to {labels.seconds(end, clock)}" if clock else ""
-        return f"{begin} to {end}{times}"
+        return f"{begin} to {end}, {labels.seconds(begin, clock)} to {labels.seconds(end, clock)}"
 
     def _operands(self, operation: Operation) -> Markup:
         listed = []
@@ -97,8 +95,8 @@ class Cards:
         for value in operation.results:
             if value is None:
                 continue
-            spec = self.plan.formats.values.get(value)
-            bits = f" ({spec['width']} bits, {spec['fraction']} of them fraction bits)" if spec else ""
+            point = self.plan.formats.values.get(value)
+            bits = f" ({point.width} bits, {point.fraction} of them fraction bits)" if point else ""
             listed.append(Markup("{}{}").format(math(self.formulas.symbol(value)), bits))
         return Markup("; ").join(listed)
 
@@ -119,8 +117,7 @@ class Cards:
 
     def _output(self, output: str) -> About:
         item = self.plan.outputs[output]
-        known = self.plan.accuracy.get(output) or {}
-        observed, bound = known.get("observed") or {}, known.get("bound") or {}
+        known = self.plan.accuracy.get(output)
         fifo = self._waits.get(f"out.{output}")
         source = self.formulas.operand(item) if item.value is None else None
         facts: list[tuple[str, Markup | str]] = [
@@ -129,19 +126,17 @@ class Cards:
                 "Leaves in",
                 f"cycle {self.plan.latency_cycles}" + (f", through FIFO {fifo.id}" if fifo else ""),
             ),
-            ("Largest error seen", figure(observed.get("max"))),
-            ("Proven bound", figure(bound.get("value"))),
+            ("Largest error seen", figure(known.observed.max if known else None)),
+            ("Proven bound", figure(known.bound.value if known and known.bound else None)),
         ]
         return About(f"out.{output}", f"output {output}", (), tuple(facts))
 
 
-def _input(name_: str, item: Mapping[str, Any]) -> About:
-    unit = f" {item['unit']}" if item.get("unit") else ""
-    facts: tuple[tuple[str, Markup | str], ...] = ()
-    if "lo" in item:
-        ends = (labels.constant(str(item[end])) for end in ("lo", "hi"))
-        facts = (("Range", f"{' to '.join(ends)}{unit}"), ("Accepted in", "cycle 0"))
-    return About(f"in.{name_}", f"input {name_}", (), facts)
+def _input(item: PlanInput) -> About:
+    unit = f" {item.unit}" if item.unit else ""
+    ends = " to ".join(labels.constant(str(end)) for end in (item.lo, item.hi))
+    facts = (("Range", f"{ends}{unit}"), ("Accepted in", "cycle 0"))
+    return About(f"in.{item.name}", f"input {item.name}", (), facts)
 
 
 def math(formula: Formula) -> Markup:

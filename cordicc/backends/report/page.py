@@ -66,10 +66,10 @@ def render(
             accuracy=report_tables.accuracy(plan),
             most_share=labels.MOST,
             errors=[Markup(picture) for picture in error_chart.render(plan)],
-            inputs=plan.problem.get("inputs", []),
-            constants=sorted(plan.problem.get("constants", {}).items()),
+            inputs=plan.problem.inputs,
+            constants=sorted(plan.problem.constants.items()),
             assumptions=report_tables.assumptions(plan),
-            warnings=plan.problem.get("warnings", []),
+            warnings=plan.problem.warnings,
             recognised=recognition.recognised(plan, cards.formulas),
             operations=sorted(plan.operations, key=lambda item: (item.start, labels.kind_rank(item.kind))),
             formulas=lambda operation: [math(each) for each in cards.formulas.of(operation)],
@@ -113,9 +113,10 @@ def fragment(plan: Plan) -> str:
 
 def command(plan: Plan) -> str:
     """Return the command line that makes this plan again."""
-    words = ["cordicc", "compile", plan.options.get("file", f"{plan.name}.yaml")]
+    recorded = plan.options.recorded
+    words = ["cordicc", "compile", plan.options.file or f"{plan.name}.yaml"]
     for name in RECORDED_OPTIONS:
-        value = plan.options.get(name)
+        value = recorded.get(name)
         option = f"--{name.replace('_', '-')}"
         if isinstance(value, bool):
             words.append(option if value else option.replace("--", "--no-"))

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends import labels
 from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanUnitKind
+from cordicc.plan.stated_accuracy import OutputAccuracy
 
 DASH = "—"
 
@@ -64,10 +67,9 @@ def figures(plan: Plan) -> list[Figure]:
     """Return the figures of the summary."""
     kinds = Counter(unit.kind for unit in plan.units)
     caus = sum(kinds[kind] for kind in labels.CAU_KINDS)
-    clock = labels.clock_hz(plan)
 
     def time(count: int) -> str:
-        return labels.seconds(count, clock) if clock else ""
+        return labels.seconds(count, plan.clock_hz)
 
     split = ", ".join(f"{kinds[kind]} {kind}" for kind in labels.CAU_KINDS if kinds[kind])
     words = sum(fifo.depth for fifo in plan.fifos)
@@ -77,9 +79,7 @@ def figures(plan: Plan) -> list[Figure]:
         Figure("Latency, cycles", str(latency), time(latency), _proof(plan, "latency", latency)),
         Figure("of which CAU stages", str(plan.cau_cycles), time(plan.cau_cycles)),
         Figure("Longest path, cycles", str(sum(plan.critical_path().values())), _longest(plan)),
-        Figure(
-            "Initiation interval, cycles", str(interval), f"a sample every {time(interval)}" if clock else ""
-        ),
+        Figure("Initiation interval, cycles", str(interval), f"a sample every {time(interval)}"),
         Figure("FIFO words", str(words), f"{len(plan.fifos)} segments", _proof(plan, "fifo_words", words)),
     ]
 
@@ -113,56 +113,51 @@ def units(plan: Plan) -> list[tuple[str, int, str]]:
 
 def accuracy(plan: Plan) -> list[Accuracy]:
     """Return the errors of each output."""
-    angles = {str(each["name"]) for each in plan.problem.get("outputs", []) if each.get("angle")}
-    return [_accuracy(name, plan.accuracy.get(name), " rad" * (name in angles)) for name in plan.outputs]
+    angles = plan.problem.angles
+    return [_accuracy(name, plan.accuracy.get(name), " rad" * angles[name]) for name in plan.outputs]
 
 
-def _accuracy(name: str, record: Any, unit: str) -> Accuracy:
-    known = record or {}
-    bound, observed = known.get("bound") or {}, known.get("observed") or {}
-    most, rms = _error(observed.get("max"), unit), _error(observed.get("rms"), unit)
-    if not bound:
-        reason = known.get("bound_reason") or "not asked for; 'cordicc compile --certify' derives one"
+def _accuracy(name: str, known: OutputAccuracy | None, unit: str) -> Accuracy:
+    seen = None if known is None else known.observed
+    bound = None if known is None else known.bound
+    most, rms = (DASH, DASH) if seen is None else (_error(seen.max, unit), _error(seen.rms, unit))
+    if bound is None:
+        reason = "" if known is None else known.bound_reason
+        reason = reason or "not asked for; 'cordicc compile --certify' derives one"
         return Accuracy(name, most, rms, DASH, DASH, reason)
-    note = [str(bound["where"])] if bound.get("where") else []
-    share = bound.get("share_of_samples")
-    if share is not None and (share < 1 or bound.get("conditions")):
-        note.append(f"{labels.percent(share)} of the samples")
+    note = [bound.where]
+    if bound.share_of_samples < 1 or bound.conditions:
+        note.append(f"{labels.percent(bound.share_of_samples)} of the samples")
     within = _error(labels.most_within(bound), unit)
-    return Accuracy(name, most, rms, _error(bound.get("value"), unit), within, ", ".join(note))
+    return Accuracy(name, most, rms, _error(bound.value, unit), within, ", ".join(note))
 
 
-def _error(value: Any, unit: str) -> str:
-    return f"{float(value):.3e}{unit}" if isinstance(value, (int, float)) else DASH
+def _error(value: float | None, unit: str) -> str:
+    return DASH if value is None else f"{value:.3e}{unit}"
 
 
 def formats(plan: Plan) -> list[WordFormat]:
     """Return the formats that the plan states: inputs and results, then outputs."""
-    outputs = {f"output {name}": spec for name, spec in plan.formats.outputs.items()}
-    return [_word_format(name, spec) for name, spec in (plan.formats.values | outputs).items()]
+    outputs = {f"output {name}": point for name, point in plan.formats.outputs.items()}
+    return [_word_format(name, point) for name, point in {**plan.formats.values, **outputs}.items()]
 
 
-def _word_format(name: str, spec: Mapping[str, int]) -> WordFormat:
-    ulp = Fraction(2) ** -spec["fraction"]
-    largest = ((1 << (spec["width"] - 1)) - 1) * ulp
-    return WordFormat(name, spec["width"], spec["fraction"], f"{float(largest):.6g}", f"{float(ulp):.3g}")
+def _word_format(name: str, point: BinaryPoint) -> WordFormat:
+    ulp = Fraction(2) ** -point.fraction
+    largest = ((1 << (point.width - 1)) - 1) * ulp
+    return WordFormat(name, point.width, point.fraction, f"{float(largest):.6g}", f"{float(ulp):.3g}")
 
 
 def target_facts(plan: Plan) -> list[tuple[str, str]]:
     """Return what the target says besides its units, as pairs of a name and a text."""
-    data = plan.target
-    clock = labels.clock_hz(plan)
-    rows = [("Target", str(data.get("name", DASH)))]
-    if data.get("description"):
-        rows.append(("Description", " ".join(str(data["description"]).split())))
-    if clock:
-        rows.append(("Clock", f"{clock / 1e6:g} MHz, a cycle of {labels.seconds(1, clock)}"))
-    if data.get("angle_unit"):
-        rows.append(("Angles inside", {"rad": "radians", "turn": "turns"}.get(data["angle_unit"], "?")))
-    arithmetic = data.get("arithmetic") or {}
-    if arithmetic.get("format"):
-        rows.append(("Number format", _spec(arithmetic["format"])))
-    inside: Mapping[str, Any] = arithmetic.get("units") or {}
+    target, clock = plan.target, plan.clock_hz
+    rows = [("Target", target.name)]
+    if target.description:
+        rows.append(("Description", " ".join(target.description.split())))
+    rows.append(("Clock", f"{clock / 1e6:g} MHz, a cycle of {labels.seconds(1, clock)}"))
+    rows.append(("Angles inside", {"rad": "radians", "turn": "turns"}.get(target.angle_unit, "?")))
+    rows.append(("Number format", _spec(target.arithmetic.spec["format"])))
+    inside: Mapping[str, Any] = target.arithmetic.spec["units"]
     for kind in sorted(inside, key=labels.kind_rank):
         article = "an" if kind == "implicit" else "a"
         rows.append((f"Inside {article} {labels.plain_kind(kind)}", _spec(inside[kind])))
@@ -181,26 +176,17 @@ def _spec(spec: Mapping[str, Any]) -> str:
 def target_units(plan: Plan) -> list[TargetUnit]:
     """Return the target's kinds of unit, those of the plan first."""
     used = Counter(unit.kind for unit in plan.units)
-    known: Mapping[str, Any] = plan.target.get("units") or {}
+    known = plan.target.units
     order = sorted(known, key=lambda kind: (not used[kind], labels.kind_rank(kind)))
     return [_target_unit(kind, used[kind], known[kind]) for kind in order]
 
 
-def _target_unit(kind: str, used: int, data: Mapping[str, Any]) -> TargetUnit:
-    stages: Mapping[str, Any] = data.get("stages") or {}
+def _target_unit(kind: str, used: int, unit: PlanUnitKind) -> TargetUnit:
+    stages = ", ".join(f"{cycles} {stage.replace('_', ' ')}" for stage, cycles in unit.stages.items())
+    interval = "1"  # every unit is a pipeline
     return TargetUnit(
-        labels.plain_kind(kind),
-        used,
-        _text(data.get("latency")),
-        _text(data.get("initiation_interval", 1)),
-        ", ".join(f"{cycles} {stage.replace('_', ' ')}" for stage, cycles in stages.items()),
-        _text(data.get("adders")),
-        _text(data.get("area")),
+        labels.plain_kind(kind), used, str(unit.latency), interval, stages, str(unit.adders), f"{unit.area:g}"
     )
-
-
-def _text(value: Any) -> str:
-    return DASH if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def chosen(plan: Plan) -> str:
@@ -214,6 +200,6 @@ def chosen(plan: Plan) -> str:
 
 def assumptions(plan: Plan) -> Sequence[tuple[str, bool]]:
     """Return what the problem assumes, and whether the plan rests on it."""
-    stated = [str(text) for text in plan.problem.get("assumptions", [])]
+    stated = plan.problem.assumptions
     used = set(plan.selection.facts)
     return [(text, text in used) for text in dict.fromkeys([*stated, *plan.selection.facts])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.implicit_bounds import NoBoundError
 from cordicc.arith.unit.sizing import LAST_ROUNDING_ULP, internal_errors_ulp
@@ -13,24 +14,19 @@ _EXACT = ("neg", "abs", "sign", "min", "max", "flip", "select", "guard")
 
 
 def own_errors(plan: Plan) -> dict[str, str]:
-    """Return, by operation, what is proven of its own error, given the words of its operands.
-
-    Empty for a plan that does not state its arithmetic.
-    """
-    if "arithmetic" not in plan.target:
-        return {}
-    arithmetic = Arithmetic.from_spec(plan.target["arithmetic"])
-    single = plan.target["arithmetic"]["format"].get("kind") == "ieee-single"
+    """Return, by operation, what is proven of its own error, given the words of its operands."""
+    arithmetic = plan.arithmetic
+    single = isinstance(arithmetic.system, SingleSystem)
     # A word of single precision has the sign besides its 24 bits.
     bits = arithmetic.system.operand_bits + single
     known: dict[tuple[str, str], str] = {}
     for operation in plan.operations:
         if operation.kind in CAU_KINDS:
-            key = (operation.kind, function_name(operation.op, operation.params.get("m")))
+            key = (operation.kind, function_name(operation.op, operation.m))
             if key not in known:
                 known[key] = _cau_error(arithmetic, *key, bits)
     return {
-        o.id: known[o.kind, function_name(o.op, o.params.get("m"))]
+        o.id: known[o.kind, function_name(o.op, o.m)]
         if o.kind in CAU_KINDS
         else "exact"
         if o.op in _EXACT

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from cordicc.backends.labels import MOST, most_within, percent
 from cordicc.backends.text.formulas import Formulas
@@ -11,6 +10,7 @@ from cordicc.backends.text.recognition import Recognised, recognised
 from cordicc.backends.text.summary import count
 from cordicc.base.text_tables import Block, Facts, Heading, Sheet
 from cordicc.plan.model import Operation, Plan
+from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
 from cordicc.targets.target import CAU_KINDS
 
 _GOALS = {
@@ -42,7 +42,7 @@ def explanation(plan: Plan) -> Sheet:
     blocks.append(Heading("Why there is no cheaper plan" if known else "What is known of cheaper plans"))
     blocks.append(Facts(tuple(_reasons(plan, formulas))))
     blocks += [Heading("How accurate it is"), Facts(tuple(_accuracy(plan)))]
-    return Sheet(f"{plan.name} on {plan.target['name']}", tuple(blocks))
+    return Sheet(f"{plan.name} on {plan.target.name}", tuple(blocks))
 
 
 def _recognised(plan: Plan, formulas: Formulas) -> Iterator[Block]:
@@ -128,14 +128,14 @@ def _defined(operation: Operation, formulas: Formulas) -> tuple[str, str]:
 
 
 def _reasons(plan: Plan, formulas: Formulas) -> Iterator[tuple[str, str]]:
-    minimize = str(plan.options.get("minimize", "processors"))
-    units = _UNITS.get(str(plan.options.get("units", "auto")), "")
+    minimize = plan.options.minimize
+    units = _UNITS.get(plan.options.units, "")
     yield "goals", f"{_GOALS.get(minimize, minimize)}{units}"
     yield "operations", _choice(plan)
     yield "CAUs", _processors(plan)
     yield "latency", _latency(plan)
     yield "FIFO words", _words(plan, formulas)
-    if plan.options.get("time_limit_struck"):
+    if plan.options.time_limit_struck:
         yield "stopped", "by --time-limit, so searches ended early"
 
 
@@ -209,33 +209,33 @@ def _words(plan: Plan, formulas: Formulas) -> str:
     where = (
         f"the deepest, {most.id}, holds {formulas.symbol(most.value).text} for {count(most.depth, 'word')}"
     )
-    at = "" if plan.options.get("minimize") == "fifo" else " at this latency"
+    at = "" if plan.options.minimize == "fifo" else " at this latency"
     verdict = _verdict(plan, "fifo_words", plan.fifo_words)
     return f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')}{at}; {where}; {verdict}"
 
 
 def _accuracy(plan: Plan) -> Iterator[tuple[str, str]]:
-    for output in plan.problem["outputs"]:
-        name, unit = str(output["name"]), " rad" if output["angle"] else ""
+    for output in plan.problem.outputs:
+        name, unit = output.name, " rad" if output.is_angle else ""
         figures = plan.accuracy.get(name)
         if figures is None:
             yield name, "not measured"
         else:
-            yield name, f"{_seen(figures['observed'], unit)}; {_bound(figures, unit)}"
+            yield name, f"{_seen(figures.observed, unit)}; {_bound(figures, unit)}"
 
 
-def _seen(seen: Mapping[str, Any], unit: str) -> str:
-    if seen["max"] is None:
+def _seen(seen: SeenErrors, unit: str) -> str:
+    if seen.max is None:
         return "no sample was valid"
-    return f"largest error {seen['max']:.3g}{unit} and rms {seen['rms']:.3g}{unit} on the default samples"
+    return f"largest error {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples"
 
 
-def _bound(figures: Mapping[str, Any], unit: str) -> str:
-    bound = figures["bound"]
+def _bound(figures: OutputAccuracy, unit: str) -> str:
+    bound = figures.bound
     if bound is not None:
-        share = f", {percent(bound['share_of_samples'])} of the samples" if bound.get("conditions") else ""
+        share = f", {percent(bound.share_of_samples)} of the samples" if bound.conditions else ""
         own = most_within(bound)
         most = "" if own is None else f"; {MOST} of the valid samples are proven to be within {own:.3g}{unit}"
-        return f"proven at most {bound['value']:.3g}{unit} for {bound['where']}{share}{most}"
-    reason = figures.get("bound_reason")
+        return f"proven at most {bound.value:.3g}{unit} for {bound.where}{share}{most}"
+    reason = figures.bound_reason
     return f"no bound: {reason}" if reason else "no bound derived (compile --certify derives one)"

@@ -25,7 +25,7 @@ class Formulas:
 
     def __init__(self, plan: Plan) -> None:
         made = {name for o in plan.operations for name in o.results}
-        self._names = {i.value: name for name, i in reversed(plan.outputs.items()) if i.value in made}
+        self._names = {i.value: name for name, i in reversed(list(plan.outputs.items())) if i.value in made}
         self._inline: dict[str, tuple[Formula, int]] = {}
         self._results: dict[str, tuple[Formula, ...]] = {}
         taken = Counter(item.value for o in plan.operations for item in o.operands)

@@ -11,8 +11,8 @@ from typing import Any
 
 from cordicc.backends.text.formulas import Formulas
 from cordicc.base.text_tables import Block, Heading, Sheet, Table
-from cordicc.plan.file import as_dict
 from cordicc.plan.model import Plan
+from cordicc.plan.plain_data import as_dict
 from cordicc.targets.target import CAU_KINDS
 
 _NUMBERED = re.compile(r"\bo[0-9]+(?:\.(\w+))?")
@@ -61,39 +61,39 @@ def _figures(plan: Plan) -> Iterator[tuple[str, Any]]:
 
 
 def _options(plan: Plan) -> Iterator[tuple[str, Any]]:
-    yield "target", plan.target["name"]
+    yield "target", plan.target.name
     yield "clock, Hz", plan.clock_hz
-    for name, value in sorted(plan.target["arithmetic"]["format"].items()):
+    for name, value in sorted(plan.arithmetic.spec["format"].items()):
         yield f"format, {name.replace('_', ' ')}", value
-    for name, value in plan.options.items():
+    for name, value in sorted(plan.options.recorded.items()):
         if name not in ("file", "target"):
             yield f"--{name.replace('_', '-')}", value
 
 
 def _problem(plan: Plan) -> Iterator[tuple[str, Any]]:
     yield "name", plan.name
-    for item in plan.problem["inputs"]:
-        yield f"input {item['name']}", f"[{item['lo']!r}, {item['hi']!r}]"
-    for name, value in plan.problem["constants"].items():
+    for item in plan.problem.inputs:
+        yield f"input {item.name}", f"[{item.lo!r}, {item.hi!r}]"
+    for name, value in plan.problem.constants.items():
         yield f"constant {name}", value
-    for item in plan.problem["equations"]:
-        yield f"equation {item['target']}", item["text"]
-    for item in plan.problem["outputs"]:
-        yield f"output {item['name']}", f"max_error {item['max_error']}, wrap {item['wrap']}"
+    for equation in plan.problem.equations:
+        yield f"equation {equation.target}", equation.text
+    for output in plan.problem.outputs:
+        yield f"output {output.name}", f"max_error {output.max_error}, wrap {output.wrap}"
 
 
 def _accuracy(plan: Plan) -> Iterator[tuple[str, Any]]:
     for name, figures in plan.accuracy.items():
-        yield f"{name}, largest error", figures["observed"]["max"]
-        yield f"{name}, rms error", figures["observed"]["rms"]
-        yield f"{name}, bound", None if figures["bound"] is None else figures["bound"]["value"]
+        yield f"{name}, largest error", figures.observed.max
+        yield f"{name}, rms error", figures.observed.rms
+        yield f"{name}, bound", None if figures.bound is None else figures.bound.value
 
 
 def _units(plan: Plan) -> Iterator[tuple[str, Any]]:
     """Yield what each kind of unit is, for targets that differ."""
-    for kind, unit in plan.target["units"].items():
-        yield f"{kind} latency", unit["latency"]
-        yield f"{kind} area", unit["area"]
+    for kind, unit in plan.target.units.items():
+        yield f"{kind} latency", unit.latency
+        yield f"{kind} area", unit.area
 
 
 _SECTIONS = {
@@ -129,7 +129,7 @@ def _computed(plan: Plan) -> Counter[str]:
 
 def as_sheet(first: Plan, second: Plan, found: list[Difference], heads: tuple[str, str]) -> Sheet:
     """Return the differences as tables by section, under the names of the two plans."""
-    names = [f"{plan.name} on {plan.target['name']}" for plan in (first, second)]
+    names = [f"{plan.name} on {plan.target.name}" for plan in (first, second)]
     if not found:
         return Sheet(f"{names[0]}: the plans are the same")
     blocks: list[Block] = []

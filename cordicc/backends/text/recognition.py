@@ -10,7 +10,6 @@ from cordicc.backends import labels
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.mathml import Formula
 from cordicc.ir.ops import Level
-from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Operation, Plan
 
 
@@ -40,7 +39,7 @@ def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
     groups: dict[str, list[Operation]] = {}
     for operation in plan.operations:
         groups.setdefault(operation.equation, []).append(operation)
-    texts = {str(e["target"]): str(e["text"]) for e in plan.problem.get("equations", [])}
+    texts = {equation.target: equation.text for equation in plan.problem.equations}
     others = [name for name in groups if name not in texts]
     made = []
     for target in [*texts, *others]:
@@ -65,11 +64,8 @@ def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
 
 def _functions(plan: Plan) -> dict[str, frozenset[str]]:
     """Return the functions in each equation as written, by the name it defines."""
-    program = plan.problem.get("program")
-    if not program:
-        return {}
     found: dict[str, set[str]] = {}
-    for node in parse_graph(str(program), "plan.json").nodes:
+    for node in plan.problem.program.nodes:
         if node.definition.level is Level.FUNCTION:
             found.setdefault(node.origin, set()).add(node.op)
     return {origin: frozenset(ops) for origin, ops in found.items()}

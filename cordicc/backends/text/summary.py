@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import MOST, most_within, percent
 from cordicc.base.text_tables import Facts, Sheet, Table, plain
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.judging import Judged
 from cordicc.plan.model import Plan
+from cordicc.plan.plain_data import bound_data
+from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -56,12 +59,11 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         ("interval", f"{count(plan.initiation_interval, 'cycle')}, {rate:.6g} samples/s"),
         ("FIFO words", f"{plan.fifo_words} in {count(len(plan.fifos), 'FIFO')} ({proven['fifo_words']})"),
     ]
-    words = plan.target["arithmetic"]["format"]
-    if words["kind"] == "fixed-point":
-        inside = words["width"] + words["guard"]
-        rows.append(("words", f"{words['width']} bits outside, {inside} between operations"))
+    words = plan.arithmetic.system
+    if isinstance(words, FixedSystem):
+        rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
     end = ("", f"  {last}") if last else ()
-    title = f"{plan.name} on {plan.target['name']}"
+    title = f"{plan.name} on {plan.target.name}"
     return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
 
 
@@ -92,26 +94,25 @@ def _figure(number: float | None, unit: str = "") -> str:
     return "-" if number is None else f"{number:.3g}{unit}"
 
 
-def _bound(bound: Mapping[str, Any] | None, unit: str) -> str:
+def _bound(bound: StatedBound | None, unit: str) -> str:
     """Return a bound in words; under conditions with the share of the default samples that meet them."""
     if bound is None:
         return "not derived"
-    share = f", {percent(bound['share_of_samples'])} of samples" if bound.get("conditions") else ""
-    return _figure(bound["value"], unit) + share
+    share = f", {percent(bound.share_of_samples)} of samples" if bound.conditions else ""
+    return _figure(bound.value, unit) + share
 
 
 _ACCURACY = ("output", "largest error", "rms error", "bound")
 
 
 def _accuracy(plan: Plan) -> Table:
-    any_bound = any(most_within(figures["bound"]) is not None for figures in plan.accuracy.values())
+    any_bound = any(most_within(figures.bound) is not None for figures in plan.accuracy.values())
     rows: list[tuple[str, ...]] = []
-    for output in plan.problem["outputs"]:
-        figures = plan.accuracy[output["name"]]
-        unit = " rad" if output["angle"] else ""
-        seen = figures["observed"]
-        bound = figures["bound"]
-        row = (output["name"], _figure(seen["max"], unit), _figure(seen["rms"], unit), _bound(bound, unit))
+    for output in plan.problem.outputs:
+        figures = plan.accuracy[output.name]
+        unit = " rad" if output.is_angle else ""
+        seen, bound = figures.observed, figures.bound
+        row = (output.name, _figure(seen.max, unit), _figure(seen.rms, unit), _bound(bound, unit))
         rows.append((*row, _figure(most_within(bound), unit)) if any_bound else row)
     header = (*_ACCURACY, f"{MOST} proven within") if any_bound else _ACCURACY
     return Table(header, tuple(rows))
@@ -120,8 +121,7 @@ def _accuracy(plan: Plan) -> Table:
 def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Judged]) -> Sheet:
     """Return the summary of a simulation; `judged` holds what bounds the plan states."""
     title = (
-        f"{plan.name} on {plan.target['name']}: "
-        f"{count(comparison.samples, 'sample')}, {comparison.valid} valid"
+        f"{plan.name} on {plan.target.name}: {count(comparison.samples, 'sample')}, {comparison.valid} valid"
     )
     lines = []
     if comparison.lost:
@@ -131,8 +131,8 @@ def comparison_sheet(plan: Plan, comparison: Comparison, judged: Mapping[str, Ju
         lines.append(f"  {gained} outside the domain of the equations came out valid")
     header = _ACCURACY + (("holds for", "beyond") if judged else ())
     rows: list[tuple[str, ...]] = []
-    for output in plan.problem["outputs"]:
-        name, unit = output["name"], " rad" if output["angle"] else ""
+    for output in plan.problem.outputs:
+        name, unit = output.name, " rad" if output.is_angle else ""
         seen = comparison.observed[name]
         row = (name, _figure(seen.max, unit), _figure(seen.rms, unit))
         rows.append((*row, *_judged(plan, judged.get(name), name, unit)) if judged else (*row, "not derived"))
@@ -144,7 +144,8 @@ def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[
     if judged is None:
         return "not derived", "-", "-"
     held = "every valid sample"
-    if plan.accuracy[output]["bound"]["conditions"]:
+    bound = plan.accuracy[output].bound
+    if bound is not None and bound.conditions:
         held = f"{percent(judged.share or 0.0)} of valid samples"
     return _figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
@@ -153,16 +154,21 @@ def comparison_data(plan: Plan, comparison: Comparison) -> dict[str, Any]:
     """Return the figures of a simulation as plain data."""
     return {
         "name": plan.name,
-        "target": plan.target["name"],
+        "target": plan.target.name,
         "samples": comparison.samples,
         "valid": comparison.valid,
         "lost": comparison.lost,
         "gained": comparison.gained,
         "accuracy": {
             name: {
-                "bound": (plan.accuracy.get(name) or {}).get("bound"),
+                "bound": _stated(plan, name),
                 "observed": {"max": seen.max, "rms": seen.rms},
             }
             for name, seen in comparison.observed.items()
         },
     }
+
+
+def _stated(plan: Plan, output: str) -> dict[str, Any] | None:
+    figures = plan.accuracy.get(output)
+    return None if figures is None or figures.bound is None else bound_data(figures.bound)

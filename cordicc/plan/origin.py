@@ -1,0 +1,166 @@
+"""What a plan was made from and for: the problem, the target, the options, enough to run and to judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.diagnostics import Diagnostic
+from cordicc.ir.graph import Graph
+from cordicc.ir.problem import Problem
+from cordicc.ir.sampling import Workspace
+from cordicc.targets.target import Target
+
+
+@dataclass(frozen=True, slots=True)
+class PlanInput:
+    """An input and its closed range, as doubles; `unit` is a label."""
+
+    name: str
+    lo: float
+    hi: float
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlanEquation:
+    """An equation as written, and the name that it defines."""
+
+    target: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlanOutput:
+    """An output: whether it is an angle in radians, delivered in (-pi, pi], and the error that is allowed."""
+
+    name: str
+    is_angle: bool = False
+    wrap: bool = False
+    max_error: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlanProblem:
+    """The problem as its plan records it.
+
+    `program` is the graph of the equations as written, `samples` the columns of the problem's own samples
+    by input, `warnings` what was told of the problem and of the plan, each with its code.
+    """
+
+    name: str
+    program: Graph
+    description: str = ""
+    inputs: tuple[PlanInput, ...] = ()
+    constants: Mapping[str, float] = field(default_factory=dict)
+    equations: tuple[PlanEquation, ...] = ()
+    outputs: tuple[PlanOutput, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    samples: Mapping[str, tuple[float, ...]] | None = None
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, problem: Problem, warnings: Sequence[Diagnostic]) -> PlanProblem:
+        """Return the record of a problem, with the warnings that came up."""
+        return cls(
+            name=problem.name,
+            program=problem.graph,
+            description=problem.description,
+            inputs=tuple(PlanInput(i.name, float(i.lo), float(i.hi), i.unit) for i in problem.inputs),
+            constants={name: float(value) for name, value in problem.constants.items()},
+            equations=tuple(PlanEquation(e.target, e.text) for e in problem.equations),
+            outputs=tuple(
+                PlanOutput(o.name, o.is_angle, o.wrap, None if o.max_error is None else float(o.max_error))
+                for o in problem.outputs
+            ),
+            assumptions=tuple(fact.text for fact in problem.assumptions),
+            samples=None if problem.samples is None else dict(problem.samples.columns),
+            warnings=tuple(map(told, warnings)),
+        )
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Return the names of the inputs, in order of declaration."""
+        return tuple(item.name for item in self.inputs)
+
+    @property
+    def angles(self) -> dict[str, bool]:
+        """Return, by output, whether it is an angle."""
+        return {output.name: output.is_angle for output in self.outputs}
+
+    @property
+    def workspace(self) -> Workspace:
+        """Return where samples of the inputs are drawn from."""
+        return Workspace({item.name: (item.lo, item.hi) for item in self.inputs}, self.samples)
+
+
+def told(warning: Diagnostic) -> str:
+    """Return a warning as a plan records it."""
+    return f"{warning.code}: {warning.message}"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanUnitKind:
+    """A kind of unit of the target: cycles of latency, by stage too, adders, area in adder equivalents."""
+
+    latency: int
+    adders: int = 0
+    area: float = 0.0
+    stages: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class PlanTarget:
+    """The target of a plan: clock in Hz, arithmetic, area of a FIFO bit in adder equivalents, unit kinds."""
+
+    name: str
+    clock_hz: float
+    arithmetic: Arithmetic
+    description: str = ""
+    angle_unit: str = "rad"
+    fifo_area_per_bit: float = 0.0
+    units: Mapping[str, PlanUnitKind] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, target: Target) -> PlanTarget:
+        """Return what a plan records of a target."""
+        return cls(
+            target.name,
+            target.clock_hz,
+            target.machine(),
+            target.description,
+            target.angle_unit,
+            target.fifo_area_per_bit,
+            {
+                kind: PlanUnitKind(unit.latency, unit.adders, unit.area, unit.stages)
+                for kind, unit in target.units.items()
+            },
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PlanOptions:
+    """What the user asked for: the options of `cordicc compile`, by the names of the Python interface.
+
+    `file` and `target` are names without folders, `effort` is None for the usual.  `time_limit_struck`
+    tells that the emergency stop ended a search: such a plan is not reproducible.
+    """
+
+    file: str = ""
+    target: str = ""
+    units: str = "auto"
+    minimize: str = "processors"
+    ii: int = 1
+    max_processors: int | None = None
+    max_latency: int | None = None
+    certify: bool | None = None
+    effort: float | None = None
+    copies: int = 1
+    time_limit_struck: bool = False
+
+    @property
+    def recorded(self) -> dict[str, str | int | float | bool | None]:
+        """Return the options by name as plans record them: what is seldom used only where it is."""
+        seldom = {"copies": 1, "time_limit_struck": False}
+        return {name: value for name, value in asdict(self).items() if seldom.get(name, self) != value}

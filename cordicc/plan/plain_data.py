@@ -1,0 +1,313 @@
+"""A plan as plain data, in the form of the published schema, and back; `cordicc.plan.file` has its text."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, fields
+from typing import Any
+
+from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.text import parse_graph, print_graph
+from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
+from cordicc.plan.origin import (
+    PlanEquation,
+    PlanInput,
+    PlanOptions,
+    PlanOutput,
+    PlanProblem,
+    PlanTarget,
+    PlanUnitKind,
+)
+from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
+
+FORMAT = "cordicc-plan"
+VERSION = 1
+
+
+def as_dict(plan: Plan) -> dict[str, Any]:
+    """Return the plan as plain data, in the form of the published schema."""
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": plan.name,
+        "description": plan.description,
+        "target": plan.target.name,
+        "target_data": _target(plan.target),
+        "clock_hz": plan.clock_hz,
+        "options": plan.options.recorded,
+        "problem": _problem(plan),
+        "initiation_interval": plan.initiation_interval,
+        "latency": {
+            "cycles": plan.latency_cycles,
+            "seconds": plan.latency_seconds,
+            "cau_cycles": plan.cau_cycles,
+        },
+        "processors": plan.processors(),
+        "units": [_unit(u) for u in plan.units],
+        "operations": [_operation(o) for o in plan.operations],
+        "fifos": [_fifo(f) for f in plan.fifos],
+        "fifo_words": plan.fifo_words,
+        "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
+        "optimal": dict(plan.optimal),
+        "bounds": dict(plan.bounds),
+        "selection": {**asdict(plan.selection), "facts": list(plan.selection.facts)},
+        "formats": {
+            "values": {name: point._asdict() for name, point in plan.formats.values.items()},
+            "outputs": {name: point._asdict() for name, point in plan.formats.outputs.items()},
+        },
+        "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
+    }
+
+
+def _problem(plan: Plan) -> dict[str, Any]:
+    problem = plan.problem
+    data: dict[str, Any] = {
+        "name": problem.name,
+        "description": problem.description,
+        "inputs": [asdict(item) for item in problem.inputs],
+        "constants": dict(problem.constants),
+        "equations": [asdict(item) for item in problem.equations],
+        "outputs": [
+            {"name": o.name, "angle": o.is_angle, "wrap": o.wrap, "max_error": o.max_error}
+            for o in problem.outputs
+        ],
+        "assumptions": list(problem.assumptions),
+        "program": print_graph(problem.program),
+        "samples": None,
+        "warnings": list(problem.warnings),
+    }
+    if problem.samples is not None:
+        data["samples"] = {"columns": {name: list(column) for name, column in problem.samples.items()}}
+    if plan.unit_program is not None:
+        data["unit_program"] = print_graph(plan.unit_program)
+    return data
+
+
+def _target(target: PlanTarget) -> dict[str, Any]:
+    return {
+        "name": target.name,
+        "description": target.description,
+        "clock_hz": target.clock_hz,
+        "angle_unit": target.angle_unit,
+        "arithmetic": target.arithmetic.spec,
+        "fifo_area_per_bit": target.fifo_area_per_bit,
+        "units": {kind: {**asdict(unit), "stages": dict(unit.stages)} for kind, unit in target.units.items()},
+    }
+
+
+def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
+    seen, bound = figures.observed, figures.bound
+    data: dict[str, Any] = {
+        "bound": None,
+        "observed": {"max": seen.max, "rms": seen.rms, "histogram": [list(row) for row in seen.histogram]},
+    }
+    if bound is not None:
+        data["bound"] = bound_data(bound)
+    elif figures.bound_reason:
+        data["bound_reason"] = figures.bound_reason
+    return data
+
+
+def bound_data(bound: StatedBound) -> dict[str, Any]:
+    """Return a bound as plain data, in the form of the published schema."""
+    data: dict[str, Any] = {
+        "value": bound.value,
+        "where": bound.where,
+        "share_of_samples": bound.share_of_samples,
+    }
+    if bound.conditions is not None:
+        data["conditions"] = [asdict(condition) for condition in bound.conditions]
+    if bound.own_bounds is not None:
+        data["own_bounds"] = dict(bound.own_bounds)
+    return data
+
+
+def _unit(unit: Unit) -> dict[str, Any]:
+    data: dict[str, Any] = {"id": unit.id, "kind": unit.kind, "latency": unit.latency}
+    if unit.control:
+        data["inputs"] = [list(sources) for sources in unit.inputs]
+        data["control"] = [
+            {"slot": word.slot, "operation": word.operation, "select": list(word.select)}
+            for word in unit.control
+        ]
+    return data
+
+
+def _operand(operand: Operand) -> dict[str, str]:
+    if operand.constant is not None:
+        return {"constant": operand.constant}
+    assert operand.value is not None
+    return {"value": operand.value}
+
+
+def _operation(operation: Operation) -> dict[str, Any]:
+    return {
+        **{field.name: getattr(operation, field.name) for field in fields(operation)},
+        "params": dict(operation.params),
+        "ports": list(operation.ports),
+        "operands": [_operand(o) for o in operation.operands],
+        "results": list(operation.results),
+        "derivation": list(operation.derivation),
+    }
+
+
+def _fifo(fifo: Fifo) -> dict[str, Any]:
+    return {
+        "id": fifo.id,
+        "value": fifo.value,
+        "from": fifo.source,
+        "to": list(fifo.sinks),
+        "depth": fifo.depth,
+        "width": fifo.width,
+    }
+
+
+def plan_of(data: dict[str, Any], name: str) -> Plan:
+    """Return the plan of plain data that meets the schema.
+
+    Args:
+        data: the plain data.
+        name: how the user knows the file.
+
+    Raises:
+        InvalidInput: a graph cannot be read (E601).
+        ValueError: there is no such arithmetic.
+    """
+    problem = _read_problem(data["problem"], name)
+    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
+    order = [output.name for output in problem.outputs]
+
+    def delivered(items: dict[str, Any]) -> dict[str, Any]:
+        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
+
+    formats = data.get("formats", {"values": {}, "outputs": {}})
+    selection = data.get("selection", {"searched": False, "proven": False})
+    program = data["problem"].get("unit_program")
+    return Plan(
+        problem=problem,
+        target=_read_target(data["target_data"]),
+        options=_read_options(data["options"]),
+        initiation_interval=int(data["initiation_interval"]),
+        latency_cycles=int(data["latency"]["cycles"]),
+        cau_cycles=int(data["latency"]["cau_cycles"]),
+        units=tuple(_read_unit(item) for item in data["units"]),
+        operations=tuple(_read_operation(item) for item in data["operations"]),
+        fifos=tuple(
+            Fifo(f["id"], f["value"], f["from"], tuple(f["to"]), int(f["depth"]), int(f["width"]))
+            for f in data["fifos"]
+        ),
+        outputs={name: _read_operand(item) for name, item in delivered(data["outputs"]).items()},
+        optimal=data["optimal"],
+        bounds={name: int(data["bounds"][name]) for name in ("processors", "latency", "fifo_words")},
+        formats=Formats(
+            {name: _read_point(item) for name, item in formats["values"].items()},
+            {name: _read_point(item) for name, item in delivered(formats["outputs"]).items()},
+        ),
+        accuracy={name: _read_accuracy(item) for name, item in delivered(data["accuracy"]).items()},
+        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
+        unit_program=None if program is None else parse_graph(program, name),
+    )
+
+
+def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
+    samples = data["samples"]
+    return PlanProblem(
+        name=data["name"],
+        program=parse_graph(data["program"], name),
+        description=data["description"],
+        inputs=tuple(
+            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"])
+            for item in data["inputs"]
+        ),
+        constants=data["constants"],
+        equations=tuple(PlanEquation(item["target"], item["text"]) for item in data["equations"]),
+        outputs=tuple(
+            PlanOutput(item["name"], item["angle"], item["wrap"], item["max_error"])
+            for item in data["outputs"]
+        ),
+        assumptions=tuple(data.get("assumptions", ())),
+        samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
+        warnings=tuple(data["warnings"]),
+    )
+
+
+def _read_target(data: dict[str, Any]) -> PlanTarget:
+    units = {
+        kind: PlanUnitKind(
+            int(unit.get("latency", 0)),
+            int(unit.get("adders", 0)),
+            float(unit.get("area", 0.0)),
+            unit.get("stages", {}),
+        )
+        for kind, unit in data.get("units", {}).items()
+    }
+    return PlanTarget(
+        name=data["name"],
+        clock_hz=float(data["clock_hz"]),
+        arithmetic=Arithmetic.from_spec(data["arithmetic"]),
+        description=data.get("description", ""),
+        angle_unit=data.get("angle_unit", "rad"),
+        fifo_area_per_bit=float(data.get("fifo_area_per_bit", 0.0)),
+        units=units,
+    )
+
+
+def _read_options(data: dict[str, Any]) -> PlanOptions:
+    known = {field.name for field in fields(PlanOptions)}
+    return PlanOptions(**{name: value for name, value in data.items() if name in known})
+
+
+def _read_point(data: dict[str, int]) -> BinaryPoint:
+    return BinaryPoint(int(data["width"]), int(data["fraction"]))
+
+
+def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
+    seen, bound = data["observed"], data["bound"]
+    rows = tuple((row[0], row[1]) for row in seen.get("histogram", ()))
+    return OutputAccuracy(
+        SeenErrors(seen["max"], seen["rms"], rows),
+        None if bound is None else _read_bound(bound),
+        data.get("bound_reason", ""),
+    )
+
+
+def _read_bound(data: dict[str, Any]) -> StatedBound:
+    conditions = data.get("conditions")
+    return StatedBound(
+        float(data["value"]),
+        data["where"],
+        data["share_of_samples"],
+        None if conditions is None else tuple(Predicate(**condition) for condition in conditions),
+        data.get("own_bounds"),
+    )
+
+
+def _read_unit(data: dict[str, Any]) -> Unit:
+    words = tuple(
+        ControlWord(int(word["slot"]), word["operation"], tuple(int(s) for s in word["select"]))
+        for word in data.get("control", ())
+    )
+    inputs = tuple(tuple(sources) for sources in data.get("inputs", ()))
+    return Unit(data["id"], data["kind"], int(data["latency"]), inputs, words)
+
+
+def _read_operand(data: dict[str, str]) -> Operand:
+    return Operand(data.get("value"), data.get("constant"))
+
+
+def _read_operation(data: dict[str, Any]) -> Operation:
+    return Operation(
+        id=data["id"],
+        op=data["op"],
+        params=data["params"],
+        kind=data["kind"],
+        mode=data["mode"],
+        unit=data["unit"],
+        start=int(data["start"]),
+        finish=int(data["finish"]),
+        ports=tuple(data["ports"]),
+        operands=tuple(_read_operand(item) for item in data["operands"]),
+        results=tuple(data["results"]),
+        equation=data["equation"],
+        derivation=tuple(data.get("derivation", ())),
+    )

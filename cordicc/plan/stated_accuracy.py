@@ -1,0 +1,57 @@
+"""What a plan states of the accuracy of an output: errors that were seen, and a bound that is proven."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Predicate:
+    """A condition under which a bound holds, on a sample.
+
+    The margin of an operation is at least a threshold; or, without an operation, the sample's own bound is
+    at most that.  `text` says it in words.
+    """
+
+    kind: str
+    threshold: float
+    text: str
+    operation: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StatedBound:
+    """A proven bound of an output's error, in the output's unit, angles modulo 2 pi.
+
+    `where` says in words where it holds, `conditions` as data (None: only in words); `share_of_samples` is
+    the part of the default samples for which it does, `own_bounds` within which bounds of their own so many
+    of them are, by share, None where infinite.
+    """
+
+    value: float
+    where: str
+    share_of_samples: float
+    conditions: tuple[Predicate, ...] | None = None
+    own_bounds: Mapping[str, float | None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SeenErrors:
+    """Errors on the default samples, in the output's unit, angles modulo 2 pi; None without a valid sample.
+
+    `histogram` has the least error of each bin and its samples.
+    """
+
+    max: float | None
+    rms: float | None
+    histogram: tuple[tuple[float, int], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OutputAccuracy:
+    """The accuracy of an output; `bound_reason` says why there is no bound where one was asked for."""
+
+    observed: SeenErrors
+    bound: StatedBound | None = None
+    bound_reason: str = ""
