@@ -13,15 +13,16 @@ from cordicc.emulate import functional
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.text import parse_graph
-from tests.support.corpus import PROBLEMS, inputs_of, problem_path
+from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
 from tests.support.plans import planned
+from tests.support.selection import quick
 
 LEAST_SHARE = 0.99
 ROWS = 300
 MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_winch": 10_000, "puma560": 2_000}
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_no_sample_is_beyond_the_bound(name: str) -> None:
     plan = planned(problem_path(name), target="fixed24")
     bounds = bounds_of(plan)
