@@ -12,9 +12,9 @@ import pytest
 from tests.support.paths import ROOT
 from tests.support.selection import WITHOUT_QUICK_CASE
 
-FILES = sorted((ROOT / "tests").rglob("*.py"))
-TREES = {
-    ".".join(path.relative_to(ROOT).with_suffix("").parts): ast.parse(path.read_bytes()) for path in FILES
+FILES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts): path
+    for path in sorted((ROOT / "tests").rglob("*.py"))
 }
 PRIVATE = re.compile(r"(^|\.)_[a-zA-Z]\w*(?<!_)$")
 """A name or dotted name that ends privately; `_repr_svg_` and its like are for notebooks to call."""
@@ -25,10 +25,15 @@ ASSERTING = {"raises", "warns", "fail", "golden"}
 
 
 @cache
+def parsed(module: str) -> ast.Module:
+    return ast.parse(FILES[module].read_bytes())
+
+
+@cache
 def imported(module: str) -> dict[str, str]:
     """Return the dotted name that each imported name of a module stands for."""
     found = {}
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(parsed(module)):
         if isinstance(node, ast.ImportFrom):
             found |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Import):
@@ -54,7 +59,7 @@ def private(name: str) -> bool:
 def test_no_helper_comes_from_another_test_module() -> None:
     wrong = [
         f"{module}: {name}"
-        for module in TREES
+        for module in FILES
         for name in imported(module).values()
         if re.search(r"^tests\..*\btest_", name)
     ]
@@ -66,7 +71,7 @@ def private_names(module: str) -> Iterator[str]:
     names = imported(module)
     of_package = {name for name, full in names.items() if full.partition(".")[0] == "cordicc"}
     yield from (full for full in names.values() if full.startswith("cordicc") and private(full))
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(parsed(module)):
         if isinstance(node, ast.Attribute) and private(node.attr):
             name = dotted(node)
             if name.partition(".")[0] in of_package:
@@ -81,7 +86,7 @@ def private_names(module: str) -> Iterator[str]:
 
 
 def test_no_private_name_is_pinned() -> None:
-    wrong = [f"{module}: {name}" for module in TREES for name in private_names(module)]
+    wrong = [f"{module}: {name}" for module in FILES for name in private_names(module)]
     assert not wrong, "\n".join(wrong)
 
 
@@ -92,7 +97,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 def functions(module: str) -> dict[str, list[Function]]:
     """Return the functions and methods of a module by name."""
     found: dict[str, list[Function]] = {}
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(parsed(module)):
         if isinstance(node, Function):
             found.setdefault(node.name, []).append(node)
     return found
@@ -113,7 +118,7 @@ def asserts(module: str, function: Function, seen: frozenset[Function] = frozens
         if last in ASSERTING or full.startswith("numpy.testing"):
             return True
         where, _, name = full.rpartition(".")
-        home = where if where in TREES else module
+        home = where if where in FILES else module
         for inner in functions(home).get(name if home == where else last, []):
             if inner not in seen and asserts(home, inner, seen | {function}):
                 return True
@@ -123,7 +128,7 @@ def asserts(module: str, function: Function, seen: frozenset[Function] = frozens
 def test_every_test_asserts_something() -> None:
     wrong = [
         f"{module}: {name}"
-        for module in TREES
+        for module in FILES
         if module.rpartition(".")[2].startswith("test_")
         for name, found in functions(module).items()
         if name.startswith("test_") and not all(asserts(module, function) for function in found)
