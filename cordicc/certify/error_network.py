@@ -97,7 +97,7 @@ class Network:
 def network(plan: Plan) -> Network:
     """Return the network of a plan that holds its unit program."""
     graph = plan.unit_program
-    assert graph is not None
+    assert graph is not None, "there is no unit program"
     arithmetic = plan.arithmetic
     formats = Formats.of(plan, arithmetic)
     operations = {operation.id: operation for operation in plan.operations}

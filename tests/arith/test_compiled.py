@@ -11,7 +11,7 @@ from cordicc.arith.compiled.compiled_systems import CompiledSingle, compiled_sys
 from cordicc.arith.numbers.fixed_point import ROUNDINGS
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
-from cordicc.arith.numbers.formats import SINGLE, Signal
+from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, Signal
 from cordicc.emulate import functional
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
@@ -99,7 +99,7 @@ def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int,
     fast = compiled_system(plain)
     assert fast.spec() == plain.spec()
     generator = np.random.Generator(np.random.PCG64(2))
-    specs = [{"width": 30, "fraction": fraction} for fraction in fractions]
+    specs = [BinaryPoint(30, fraction) for fraction in fractions]
     words = [generator.integers(-(2**29), 2**29, 20_000) >> generator.integers(0, 29, 20_000) for _ in "ab"]
     for each in words:
         each[:50] = -(2**29)

@@ -10,7 +10,7 @@ import pytest
 
 from cordicc.arith.numbers.fixed_point import ROUNDINGS, Exact, FixedPoint, fraction_bits_for
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.arith.numbers.formats import Signal
+from cordicc.arith.numbers.formats import BinaryPoint, Signal
 from cordicc.arith.unit.systems import system_from_spec
 
 SYSTEM = FixedSystem(24, 4)
@@ -182,7 +182,7 @@ def test_constants_outside_every_format_overflow(number):
 
 def test_the_description_round_trips():
     assert system_from_spec(SYSTEM.spec()) == SYSTEM
-    assert SYSTEM.format(FixedPoint(28, 5).spec()) == FixedPoint(28, 5)
+    assert SYSTEM.format(FixedPoint(28, 5).binary_point) == FixedPoint(28, 5)
 
 
 @pytest.mark.parametrize(
@@ -202,9 +202,7 @@ def test_a_bad_description_is_refused(spec, message):
         system_from_spec(spec)
 
 
-@pytest.mark.parametrize(
-    "spec", [None, {"width": 24}, {"width": 25, "fraction": 3}, {"width": 24, "fraction": 999}]
-)
+@pytest.mark.parametrize("spec", [None, BinaryPoint(25, 3), BinaryPoint(24, 999)])
 def test_a_bad_format_of_a_value_is_refused(spec):
     with pytest.raises(ValueError, match=r"bits|format"):
         SYSTEM.format(spec)

@@ -34,12 +34,12 @@ def test_error_and_bound_are_those_of_the_words(
     tmp_path: Path, formula: str, lo: float, hi: float, scale: float
 ) -> None:
     plan = compiled(tmp_path, formula, lo, hi)
-    word = 2.0 ** -plan.formats.values["z"]["fraction"]  # the rounding of z moves tanh z by half of it
+    word = 2.0 ** -plan.formats.values["z"].fraction  # the rounding of z moves tanh z by half of it
     limit = 4 * (scale * word + scale * PLACE)
     figures = plan.accuracy["t"]
-    assert figures["observed"]["max"] <= limit
-    assert figures["bound"]["value"] <= 2 * limit
-    assert figures["bound"]["share_of_samples"] >= 0.99
+    assert figures.observed.max <= limit
+    assert figures.bound.value <= 2 * limit
+    assert figures.bound.share_of_samples >= 0.99
     z = np.linspace(lo, hi, 2001)
     made = plan.simulate({"z": z, "a": np.full(2001, 1.25)})
     assert made["valid"].all()
@@ -48,7 +48,7 @@ def test_error_and_bound_are_those_of_the_words(
     held = stated.inside({"z": z, "a": np.full(2001, 1.25)})["t"]
     exact = eval(formula, {"z": z, "a": 1.25, "tanh": np.tanh, "sinh": np.sinh, "cosh": np.cosh})
     finite = np.isfinite(exact)
-    assert np.all(np.abs(made["t"] - exact)[held & finite] <= figures["bound"]["value"])
+    assert np.all(np.abs(made["t"] - exact)[held & finite] <= figures.bound.value)
 
 
 @pytest.mark.parametrize(("target", "lo", "hi"), [("kinematic", -30, 30), ("fixed24", -3, 3)])

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.arith.numbers.formats import Signal
+from cordicc.arith.numbers.formats import BinaryPoint, Signal
 from cordicc.backends.c import c_model
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.backends.c.c_words import Term
@@ -101,9 +101,7 @@ def test_sums_of_far_binary_points_fit_and_round_once(seed: int) -> None:
     rng = np.random.default_rng(seed)
     system = FixedSystem(24, 4, str(rng.choice(["half-up", "half-even", "floor"])))
     spread = int(rng.integers(0, 120))
-    a, b, to = (
-        system.format({"width": 28, "fraction": int(f)}) for f in (0, spread, int(rng.integers(-40, 160)))
-    )
+    a, b, to = (system.format(BinaryPoint(28, int(f))) for f in (0, spread, int(rng.integers(-40, 160))))
     words = c_model.FixedWords(system)
     names = {"a": a, "b": b}
     order = ["a", "b"] if rng.random() < 0.5 else ["b", "a"]
@@ -143,7 +141,7 @@ def evaluate(expression: str, values: dict[str, int], rounding: str) -> int:
 
 def planar(name: str = "planar 2r") -> Plan:
     plan = Generator(arithmetic("fixed24"), 1).plan([("add", {}), ("vector", {"m": 1, "sign": 1})], 2)
-    return replace(plan, name=name)
+    return replace(plan, problem=replace(plan.problem, name=name))
 
 
 def test_names_that_c_does_not_allow() -> None:
@@ -167,7 +165,7 @@ def test_files_are_named_after_the_plan_and_always_the_same() -> None:
 def test_an_angle_without_fraction_bits_cannot_be_wrapped() -> None:
     plan = Generator(arithmetic("fixed24"), 1).plan([("wrap", {})], 1)
     operations = (replace(plan.operations[0], operands=(Operand(value="x0"),)),)
-    values = {**plan.formats.values, "x0": {"width": 24, "fraction": -3}}
+    values = {**plan.formats.values, "x0": BinaryPoint(24, -3)}
     plan = replace(plan, operations=operations, formats=replace(plan.formats, values=values))
     with pytest.raises(Unattainable, match="E420"):
         c_model.files(plan)
@@ -177,7 +175,7 @@ def test_an_angle_without_fraction_bits_cannot_be_wrapped() -> None:
 def test_hostile_names_and_texts(tmp_path: Path) -> None:
     plan = planar("*/ #error")
     renamed = {"x0": "int", "x1": "EOF"}
-    inputs = [{**item, "name": renamed[item["name"]], "unit": "*/ ??/"} for item in plan.problem["inputs"]]
+    inputs = tuple(replace(item, name=renamed[item.name], unit="*/ ??/") for item in plan.problem.inputs)
     values = {renamed.get(name, name): spec for name, spec in plan.formats.values.items()}
     operations = tuple(
         replace(
@@ -189,8 +187,7 @@ def test_hostile_names_and_texts(tmp_path: Path) -> None:
     )
     plan = replace(
         plan,
-        description="line one */\nline two",
-        problem={"inputs": inputs, "equations": []},
+        problem=replace(plan.problem, description="line one */\nline two", inputs=inputs),
         operations=operations,
         formats=replace(plan.formats, values=values),
     )

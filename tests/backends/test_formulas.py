@@ -68,10 +68,9 @@ def cau(operation: Operation, *values: float) -> tuple[float, float]:
 
 def computed(plan: Plan) -> dict[str, float]:
     """Return every value of a plan in the middle of the ranges, or at a row of its samples."""
-    samples = plan.problem["samples"]
+    samples = plan.problem.samples
     values = {
-        i["name"]: samples["columns"][i["name"]][7] if samples else i["lo"] + 0.55 * (i["hi"] - i["lo"])
-        for i in plan.problem["inputs"]
+        i.name: samples[i.name][7] if samples else i.lo + 0.55 * (i.hi - i.lo) for i in plan.problem.inputs
     }
     for operation in dependence_order(plan):
         operands = [float(o.constant) if o.value is None else values[o.value] for o in operation.operands]

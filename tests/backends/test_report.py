@@ -19,7 +19,10 @@ from cordicc.backends.report.typesetting import LONGEST, typeset
 from cordicc.backends.report.unit_accuracy import own_errors
 from cordicc.backends.text import mathml, recognition
 from cordicc.backends.text.formulas import Formulas
+from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Plan, Selection, Unit
+from cordicc.plan.origin import PlanEquation, PlanOptions, PlanTarget
+from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors, StatedBound
 from cordicc.targets.target import load_target
 from tests.support import hand_plans as plans
 from tests.support.hard_plans import ALL, HOSTILE
@@ -112,11 +115,8 @@ class TestPage:
         plan = replace(
             plan,
             accuracy={
-                "theta1": {
-                    "bound": {"value": 2e-6, "where": "|C| < 0.9 R", "share_of_samples": 0.5},
-                    "observed": {"max": 1e-6, "rms": 1e-7},
-                },
-                "theta2": {"bound": None, "observed": {"max": None, "rms": None}},
+                "theta1": OutputAccuracy(SeenErrors(1e-6, 1e-7), StatedBound(2e-6, "|C| < 0.9 R", 0.5)),
+                "theta2": OutputAccuracy(SeenErrors(None, None)),
             },
         )
         text = page_of(plan)
@@ -134,7 +134,7 @@ class TestPage:
         assert text.count('<td class="n">—</td>') == 5
 
     def test_a_bound_that_was_not_found_has_its_reason(self):
-        accuracy = {"theta1": {"bound": None, "bound_reason": "a pole", "observed": None}}
+        accuracy = {"theta1": OutputAccuracy(SeenErrors(None, None), bound_reason="a pole")}
         rows = report_tables.accuracy(replace(plans.planar(), accuracy=accuracy))
         assert rows[0].where == "a pole"
 
@@ -154,14 +154,14 @@ class TestPage:
         plan = plans.planar()
         plan = replace(
             plan,
-            problem={**plan.problem, "assumptions": ["x > 0", "y < 1"]},
+            problem=replace(plan.problem, assumptions=("x > 0", "y < 1")),
             selection=Selection(True, True, ("x > 0",)),
         )
         assert report_tables.assumptions(plan) == [("x > 0", True), ("y < 1", False)]
         assert page_of(plan).count("the plan rests on it") == 1
 
     def test_target_data(self):
-        plan = replace(plans.planar(), target=load_target("kinematic").embedded())
+        plan = replace(plans.planar(), target=PlanTarget.of(load_target("kinematic")))
         text = page_of(plan)
         for part in ("10 MHz, a cycle of 100 ns", "ieee-single", "30 iterations", "2 align"):
             assert part in text
@@ -177,15 +177,16 @@ class TestPage:
     @pytest.mark.parametrize(
         ("options", "shown"),
         [
-            ({"file": "a b.yaml", "ii": 4}, "cordicc compile 'a b.yaml' --ii 4"),
-            ({"file": "a.yaml", "certify": True}, "cordicc compile a.yaml --certify"),
-            ({"file": "a.yaml", "certify": False}, "cordicc compile a.yaml --no-certify"),
-            ({"file": "a.yaml", "certify": None}, "cordicc compile a.yaml"),
-            ({"file": "a.yaml", "effort": 2.5}, "cordicc compile a.yaml --effort 2.5"),
+            (PlanOptions("a b.yaml", ii=4), "'a b.yaml' --units auto --ii 4 --minimize processors"),
+            (PlanOptions("a", "t"), "a --target t --units auto --ii 1 --minimize processors"),
+            (PlanOptions("a", certify=True), "a --units auto --ii 1 --minimize processors --certify"),
+            (PlanOptions("a", certify=False), "a --units auto --ii 1 --minimize processors --no-certify"),
+            (PlanOptions("a", effort=2.5), "a --units auto --ii 1 --minimize processors --effort 2.5"),
+            (PlanOptions(), "planar-2r.yaml --units auto --ii 1 --minimize processors"),
         ],
     )
     def test_command(self, options, shown):
-        assert page.command(replace(plans.planar(), options=options)) == shown
+        assert page.command(replace(plans.planar(), options=options)) == f"cordicc compile {shown}"
 
 
 class TestNotebookFragment:
@@ -283,7 +284,7 @@ class TestMathml:
 
     def test_what_cannot_be_typeset_is_shown_as_it_is(self):
         plan = plans.planar()
-        problem = {**plan.problem, "equations": [{"target": "theta1", "text": "theta1 = <b>("}]}
+        problem = replace(plan.problem, equations=(PlanEquation("theta1", "theta1 = <b>("),))
         assert "<code>theta1 = &lt;b&gt;(</code>" in page_of(replace(plan, problem=problem))
 
 
@@ -344,10 +345,10 @@ class TestRecognition:
 
     def test_why(self):
         plan = plans.wheel()
-        program = "%0 = input[name=S]\n%1 = acos(%0) @beta\noutput beta = %1\n"
+        program = parse_graph("%0 = input[name=S]\n%1 = acos(%0) @beta\noutput beta = %1\n")
         operation = next(o for o in plans.planar().operations if o.op == "implicit")
         moved = replace(operation, equation="beta", derivation=("`x = 1`, hence so",))
-        plan = replace(plan, operations=(moved,), problem={**plan.problem, "program": program})
+        plan = replace(plan, operations=(moved,), problem=replace(plan.problem, program=program))
         (unit,) = recognition.recognised(plan, Formulas(plan))[-1].units
         assert "`acos(C/B)` is the angle with" in unit.why[0]
         assert unit.why[-1] == "`x = 1`, hence so"
@@ -355,7 +356,7 @@ class TestRecognition:
     def test_equations_without_operations_say_so(self):
         plan = plans.wheel()
         texts = {group.target: group.rest for group in recognition.recognised(plan, Formulas(plan))}
-        plan = replace(plan, problem={**plan.problem, "equations": [{"target": "gone", "text": "gone = S"}]})
+        plan = replace(plan, problem=replace(plan.problem, equations=(PlanEquation("gone", "gone = S"),)))
         assert texts["A"] == "By 1 constant multiplier."
         assert recognition.recognised(plan, Formulas(plan))[0].rest.startswith("No operation of its own")
 
@@ -366,24 +367,23 @@ class TestRecognition:
         assert re.search(r'<p class="step">For <math alttext="x\*\*2 &lt; 1">.*</math> so\.</p>', text)
 
     def test_own_errors(self):
-        plan = replace(plans.planar(), target=load_target("kinematic").embedded())
+        plan = replace(plans.planar(), target=PlanTarget.of(load_target("kinematic")))
         errors = own_errors(plan)
         assert set(errors) == {o.id for o in plan.operations}
         kinds = {o.op: errors[o.id] for o in plan.operations}
         assert kinds["add"] == "rounded once, within 0.5 ulp of its result"
         assert kinds["neg"] == kinds["guard"] == "exact"
         assert re.match(r"its angle leaves a residual of at most 0\.\d+ ulp", kinds["implicit"])
-        assert own_errors(plans.planar()) == {}
 
 
 class TestErrorChart:
     def plan(self, histogram, bound=None):
-        observed = {"max": 3e-7, "rms": 1e-7, "histogram": histogram}
-        record = {"bound": bound, "observed": observed}
-        return replace(plans.planar(), accuracy={"theta1": record})
+        bound = None if bound is None else StatedBound(bound, "every valid sample", 1.0)
+        figures = OutputAccuracy(SeenErrors(3e-7, 1e-7, histogram), bound)
+        return replace(plans.planar(), accuracy={"theta1": figures})
 
     def test_bars_have_the_shares(self):
-        (picture,) = error_chart.render(self.plan([[0.0, 5], [2.0**-23, 15], [2.0**-22, 80]]))
+        (picture,) = error_chart.render(self.plan(((0.0, 5), (2.0**-23, 15), (2.0**-22, 80))))
         titles = re.findall(r"<title>(.*?)</title>", picture)
         assert titles == [
             "below 1.19e-07: 5 samples, 5.0%",
@@ -392,21 +392,17 @@ class TestErrorChart:
         ]
 
     def test_bound_and_largest_are_marked(self):
-        (picture,) = error_chart.render(self.plan([[2.0**-23, 10]], {"value": 9e-7}))
+        (picture,) = error_chart.render(self.plan(((2.0**-23, 10),), 9e-7))
         assert 'aria-label="Errors of theta1: max 3.00e-07, rms 1.00e-07, bound 9.00e-07"' in picture
         assert picture.count("stroke-dasharray") == 2
 
     def test_without_errors_or_without_a_record(self):
         assert error_chart.render(plans.planar()) == []
-        (picture,) = error_chart.render(
-            replace(
-                plans.planar(),
-                accuracy={"theta1": {"observed": {"max": 0.0, "rms": 0.0, "histogram": [[0.0, 10]]}}},
-            )
-        )
+        none = {"theta1": OutputAccuracy(SeenErrors(0.0, 0.0, ((0.0, 10),)))}
+        (picture,) = error_chart.render(replace(plans.planar(), accuracy=none))
         ET.fromstring(picture)
 
     def test_tiny_errors_share_a_bar(self):
-        histogram = [[2.0**-k, 1] for k in range(60, 20, -1)]
+        histogram = tuple((2.0**-k, 1) for k in range(60, 20, -1))
         (picture,) = error_chart.render(self.plan(histogram))
         assert len(re.findall("<title>", picture)) <= 28

@@ -53,7 +53,7 @@ def test_what_is_not_proven_is_not_claimed(planar: Plan) -> None:
         optimal=dict.fromkeys(planar.optimal, False),
         bounds={name: bound - 1 for name, bound in planar.bounds.items()},
         selection=Selection(searched=True, proven=False),
-        options={**planar.options, "time_limit_struck": True},
+        options=replace(planar.options, time_limit_struck=True),
     )
     text = plain(explanation(loose))
     assert "What is known of cheaper plans" in text
@@ -140,8 +140,8 @@ def test_diff_sees_the_problem(tmp_path: Path, planar: Plan) -> None:
 def test_everything_that_differs_is_seen(planar: Plan) -> None:
     """What no section tells of, such as a description, comes under 'other'."""
     assert differences(planar, planar) == []
-    found = differences(planar, replace(planar, description="another"))
-    assert [(d.section, d.name) for d in found] == [("other", "description")]
+    found = differences(planar, replace(planar, problem=replace(planar.problem, description="another")))
+    assert [(d.section, d.name) for d in found] == [("other", "description"), ("other", "problem")]
     fifo = replace(planar.fifos[0], id="f99")
     found = differences(planar, replace(planar, fifos=(fifo, *planar.fifos[1:])))
     assert [(d.section, d.name) for d in found] == [("other", "fifos")]

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from cordicc.plan.problem_record import UNIT_PROGRAM
 
 from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import inside
@@ -12,7 +11,6 @@ from cordicc.certify.plans import bounds_of
 from cordicc.emulate import functional
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from cordicc.ir.text import parse_graph
 from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
 from tests.support.plans import planned
 from tests.support.selection import quick
@@ -26,7 +24,7 @@ MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_win
 def test_no_sample_is_beyond_the_bound(name: str) -> None:
     plan = planned(problem_path(name), target="fixed24")
     bounds = bounds_of(plan)
-    net = network(plan, parse_graph(plan.problem[UNIT_PROGRAM], name))
+    net = network(plan)
     corpus = inputs_of(name)
     drawn = sampling.draw(plan.problem.workspace, MANY.get(name, ROWS), 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cordicc.plan.problem_record import UNIT_PROGRAM
 from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
@@ -32,7 +31,6 @@ from cordicc.ir import sampling
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.reference import evaluate
-from cordicc.ir.text import parse_graph
 from cordicc.pipeline import Options, compile_file, plan_file
 from cordicc.plan.model import Plan
 
@@ -178,27 +176,21 @@ def test_no_input_of_a_small_format_is_beyond(tmp_path: Path) -> None:
     plan = planned(tmp_path, TINY, str(target))
     bounds = bounds_of(plan)
     grids = []
-    for item in plan.problem["inputs"]:
-        half = math.ldexp(1.0, -plan.formats.values[item["name"]]["fraction"] - 1)
-        grids.append(np.arange(math.ceil(item["lo"] / half), math.floor(item["hi"] / half) + 1) * half)
+    for item in plan.problem.inputs:
+        half = math.ldexp(1.0, -plan.formats.values[item.name].fraction - 1)
+        grids.append(np.arange(math.ceil(item.lo / half), math.floor(item.hi / half) + 1) * half)
     columns = np.meshgrid(*grids)
-    points = {item["name"]: c.ravel() for item, c in zip(plan.problem["inputs"], columns, strict=True)}
+    points = {name: c.ravel() for name, c in zip(plan.problem.input_names, columns, strict=True)}
     simulated = functional.run(plan, plan.arithmetic, points)
     some = {name: column[::7] for name, column in points.items()}
     values, defined = exact(plan.problem, some)
     for output, bound in bounds.items():
         assert bound.value is not None, output
-        held = (
-            inside(network_of(plan), {output: bound.where}, some)[output] & simulated["valid"][::7] & defined
-        )
+        held = inside(network(plan), {output: bound.where}, some)[output] & simulated["valid"][::7] & defined
         assert held.mean() > 0.9
         error = np.abs(simulated[output][::7] - values[output])[held]
         assert error.max() <= bound.value
         assert bound.value <= 12 * error.max()
-
-
-def network_of(plan: Plan):
-    return network(plan, parse_graph(plan.problem[UNIT_PROGRAM], "plan"))
 
 
 SINGULAR = """\
@@ -212,7 +204,7 @@ outputs: [a, b]
 
 def test_bounds_of_singular_outputs_say_where(tmp_path: Path) -> None:
     plan = planned(tmp_path, SINGULAR)
-    net, bounds = network_of(plan), bounds_of(plan)
+    net, bounds = network(plan), bounds_of(plan)
     points = sampling.draw(plan.problem.workspace, 2000, 5)
     points["x"][:50] *= 1e-6
     points["y"][:50] *= 1e-6
@@ -237,7 +229,7 @@ def test_a_choice_at_a_switch_is_counted_or_excluded(tmp_path: Path) -> None:
     points = {"x": x, "y": np.clip(3 * x, 0.5, 1)}
     simulated = functional.run(plan, plan.arithmetic, points)
     values, defined = exact(plan.problem, points)
-    held = inside(network_of(plan), {"a": bound.where}, points)["a"] & simulated["valid"] & defined
+    held = inside(network(plan), {"a": bound.where}, points)["a"] & simulated["valid"] & defined
     assert bound.value is not None
     assert np.abs(simulated["a"] - values["a"])[held].max() <= bound.value
 
@@ -313,7 +305,7 @@ def test_values_and_derivatives(op: str, params: tuple, count: int) -> None:
 
 def test_own_bounds_hold_for_each_sample(tmp_path: Path) -> None:
     plan = planned(tmp_path, TINY)
-    net = network_of(plan)
+    net = network(plan)
     points = sampling.draw(plan.problem.workspace, 500, 3)
     simulated = functional.run(plan, plan.arithmetic, points)
     values, _ = exact(plan.problem, points)
@@ -327,7 +319,7 @@ def test_own_bounds_hold_for_each_sample(tmp_path: Path) -> None:
 
 def test_exact_enclosures_hold_the_reference(tmp_path: Path) -> None:
     plan = planned(tmp_path, TINY)
-    net = network_of(plan)
+    net = network(plan)
     points = sampling.draw(plan.problem.workspace, 200, 4)
     values, _ = exact(plan.problem, points)
     columns = {name: Boxes(column, column) for name, column in points.items()}
@@ -342,16 +334,18 @@ def test_a_plan_states_and_judges_its_bounds(tmp_path: Path) -> None:
     path.write_text(TINY, encoding="utf-8")
     plan = compile_file(path, Options("fixed24")).plan
     for figures in plan.accuracy.values():
-        bound = figures["bound"]
-        assert figures["observed"]["max"] <= bound["value"]
-        assert bound["share_of_samples"] == 1
-        assert bound["where"]
+        bound = figures.bound
+        assert bound is not None
+        assert figures.observed.max is not None
+        assert figures.observed.max <= bound.value
+        assert bound.share_of_samples == 1
+        assert bound.where
     stated = StatedBounds.of(plan)
     assert stated is not None
     held = stated.inside(sampling.draw(plan.problem.workspace, 10_000, 3))
     assert set(held) == set(plan.outputs)
     assert all(inside.all() for inside in held.values())
-    assert compile_file(path, Options("fixed24", certify=False)).plan.accuracy["a"]["bound"] is None
+    assert compile_file(path, Options("fixed24", certify=False)).plan.accuracy["a"].bound is None
 
 
 ALLOWED = """\
@@ -370,7 +364,7 @@ def test_max_error_is_met_with_wider_words(tmp_path: Path, error: str, width: in
     assert bound.value is not None
     assert bound.value <= float(error)
     assert not bound.where
-    assert plan.target["arithmetic"]["format"]["width"] == width
+    assert plan.arithmetic.spec["format"]["width"] == width
 
 
 def test_max_error_that_no_words_meet(tmp_path: Path) -> None:
@@ -399,7 +393,7 @@ def test_conditions_are_met_by_what_is_wanted(tmp_path: Path) -> None:
 def test_twins_share_a_proof(tmp_path: Path) -> None:
     (tmp_path / "legs.yaml").write_text(SINGULAR, encoding="utf-8")
     plan = plan_file(tmp_path / "legs.yaml", Options("fixed24", copies=2)).plan
-    net, bounds = network_of(plan), bounds_of(plan)
+    net, bounds = network(plan), bounds_of(plan)
     alike = twins(net, {})
     assert len(alike.representatives(net).steps) < len(net.steps)
     assert twins(net, {"b_2": 1e-5}).of["b_2"] == "b_2"

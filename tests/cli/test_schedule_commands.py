@@ -16,6 +16,7 @@ from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import ControlWord, Plan
+from cordicc.plan.origin import PlanTarget
 from cordicc.plan.verify import verify
 from cordicc.schedule.bare import parse_graph, schedule_graph
 from cordicc.schedule.place import place
@@ -132,7 +133,7 @@ def shared() -> SchedulingProblem:
     return SchedulingProblem(tasks, values, 2)
 
 
-KINEMATIC = load_target("kinematic").embedded()
+KINEMATIC = PlanTarget.of(load_target("kinematic"))
 
 
 def asked(minimize: str, **limits: Any) -> Schedule:
@@ -204,7 +205,7 @@ def test_effort_scales_all_work_and_is_recorded(tmp_path: Path) -> None:
     file = str(EXAMPLES / "planar_2r.yaml")
     assert run("compile", file, "-q", "--ii", "2", "--effort", "0.5", "-o", str(tmp_path)).exit_code == 0
     plan = parse((tmp_path / "plan.json").read_text(encoding="utf-8"), "plan.json")
-    assert plan.options["effort"] == 0.5
+    assert plan.options.effort == 0.5
     assert "--effort 0.5" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert run("compile", file, "--effort", "0").exit_code == 2
 

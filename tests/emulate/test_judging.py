@@ -15,7 +15,6 @@ from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import Judged, Judgement, Limits
 from cordicc.emulate.long_run import run_parts
 from cordicc.ir import sampling
-from cordicc.ir.text import parse_graph
 from tests.cli.test_cli import run
 
 TEXT = """\
@@ -48,7 +47,7 @@ def judged(
     count = len(samples["x"])
     parts = [{n: c[i : i + part] for n, c in samples.items()} for i in range(0, count, part)]
     report = run_parts(
-        parse_graph(plan.problem["program"], "plan"),
+        plan.problem.program,
         plan.problem.angles,
         parts,
         lambda each: functional.run(plan, plan.arithmetic, each),
@@ -73,8 +72,8 @@ def with_bound(plan: cordicc.Plan, output: str, value: float, folder: Path) -> P
 def test_where_is_judged_for_every_sample(plan: cordicc.Plan) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    assert plan.accuracy["a"]["bound"]["conditions"]
-    assert not plan.accuracy["s"]["bound"]["conditions"]
+    assert plan.accuracy["a"].bound.conditions
+    assert not plan.accuracy["s"].bound.conditions
     size = np.array([1e-5, 1e-4, 0.01, 0.7])
     held = stated.inside({"x": size, "y": -size})
     assert held["a"].tolist() == [False, False, True, True]
@@ -115,7 +114,7 @@ def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch:
 
 def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
     """What double precision calls an error, and high precision does not, is none."""
-    graph, angles = parse_graph(plan.problem["program"], "plan"), plan.problem.angles
+    graph, angles = plan.problem.program, plan.problem.angles
     judgement = Judgement(graph, angles, Limits({"s": 0.1}, lambda inputs: {"s": np.ones(3, bool)}))
     inputs = {"x": np.array([0.1, 0.2, 0.3]), "y": np.array([0.5, 0.5, 0.5])}
     outputs = {"s": np.array([0.6, 0.7, 1.0])}
@@ -131,9 +130,7 @@ def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
 def test_a_sample_that_a_search_found_is_judged(plan: cordicc.Plan) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    judgement = Judgement(
-        parse_graph(plan.problem["program"], "plan"), {}, Limits(stated.values, stated.inside)
-    )
+    judgement = Judgement(plan.problem.program, {}, Limits(stated.values, stated.inside))
     judgement.add_found("a", Worst(1.0, None, {"x": 1e-6, "y": 0.0}))  # outside
     judgement.add_found("s", Worst(0.0, None, {"x": 1e-6, "y": 0.0}))  # within
     assert not any(each.beyond for each in judgement.found.values())

@@ -17,7 +17,7 @@ from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.reference import evaluate
-from cordicc.ir.text import parse_graph
+from cordicc.ir.sampling import Workspace
 from tests.cli.test_cli import EXAMPLES, run
 from tests.support.paths import CORPUS
 from tests.support.plans import compiled
@@ -41,17 +41,16 @@ def file(plan: cordicc.Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("own", [False, True])
 @pytest.mark.parametrize("part", [1, 7, 100, 1000])
 def test_samples_drawn_in_parts_are_the_same(own: bool, part: int) -> None:
-    problem = {"inputs": [{"name": "a", "lo": -1, "hi": 2}, {"name": "b", "lo": 0, "hi": 0.3}]}
-    if own:
-        problem["samples"] = {"columns": {"a": [1, 2, 3], "b": [4, 5, 6]}}
-    whole = sampling.draw(problem.workspace, 100, 7)
-    parts = list(sampling.draw_parts(problem.workspace, 100, 7, part))
+    rows = {"a": [1.0, 2.0, 3.0], "b": [4.0, 5.0, 6.0]} if own else None
+    workspace = Workspace({"a": (-1.0, 2.0), "b": (0.0, 0.3)}, rows)
+    whole = sampling.draw(workspace, 100, 7)
+    parts = list(sampling.draw_parts(workspace, 100, 7, part))
     for name, column in whole.items():
         assert np.array_equal(column, np.concatenate([each[name] for each in parts]))
 
 
 def test_parts_and_reference_change_no_figure(plan: cordicc.Plan) -> None:
-    graph, angles = parse_graph(plan.problem["program"], "plan"), plan.problem.angles
+    graph, angles = plan.problem.program, plan.problem.angles
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 1500, 3)
     samples["x"][5:9] = 9.0
@@ -166,7 +165,7 @@ def test_search_finds_no_smaller_error(file: Path) -> None:
 def test_inputs_that_depend_on_one_another_are_not_searched() -> None:
     text = run("simulate", EXAMPLES / "puma560.yaml", "--random", 50, "--report").stdout
     plan = compiled(EXAMPLES / "puma560.yaml")
-    assert ("no search: the inputs depend on one another" in text) == bool(plan.problem.get("samples"))
+    assert ("no search: the inputs depend on one another" in text) == (plan.problem.samples is not None)
 
 
 def test_csv_and_npz_in_parts(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -361,9 +360,9 @@ def test_own_bounds_hold_sample_by_sample(edge: Path, tmp_path: Path) -> None:
             assert np.isnan(own[~made["valid"]]).all()
             error = np.abs(made[name] - values[name])
             assert (np.minimum(error, np.abs(error - math.tau))[both] <= own[both]).all()
-            least = plan.accuracy[name]["bound"]["own_bounds"]
+            least = plan.accuracy[name].bound.own_bounds
             assert np.median(own[both]) == pytest.approx(least["0.5"], rel=0.1)
-            assert least["0.5"] <= least["0.9"] <= least["0.99"] <= plan.accuracy[name]["bound"]["value"]
+            assert least["0.5"] <= least["0.9"] <= least["0.99"] <= plan.accuracy[name].bound.value
     assert run("simulate", edge, "--own-bounds").exit_code == 2
 
 
@@ -373,7 +372,7 @@ def test_compare_allows_what_is_proven_of_the_row(edge: Path, tmp_path: Path) ->
     made = run("simulate", edge, "--inputs", tmp_path / "in.csv", "--own-bounds", "--outputs", "-").stdout
     header, row = (line.split(",") for line in made.splitlines()[:2])
     angle, own = (float(row[header.index(name)]) for name in ("t", "bound_t"))
-    bound = cordicc.load_plan(edge).accuracy["t"]["bound"]["value"]
+    bound = cordicc.load_plan(edge).accuracy["t"].bound.value
     assert own < bound
     for share, status in ((0.9, 0), (1.1, 1)):
         result = golden(edge, tmp_path, inputs, f"t\n{angle + share * own!r}\n", "--json")

@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from cordicc.ir.copies import copied
 
 import cordicc
 from cordicc.cli.main import main
 from cordicc.ir.sampling import draw
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.plan.copies import replicated
+from cordicc.plan.copies import copied, replicated
 from cordicc.plan.file import dump, parse
 from cordicc.plan.verify import verify
 from cordicc.schedule.place import scheduling_problem
@@ -52,14 +51,14 @@ def test_each_copy_computes_what_the_problem_does(pair: cordicc.Plan) -> None:
 def test_the_plan_of_copies_is_read_back(pair: cordicc.Plan) -> None:
     again = parse(dump(pair), "plan.json")
     assert dump(again) == dump(pair)
-    assert pair.options["copies"] == 2
+    assert pair.options.copies == 2
     assert "--copies 2" in pair.report()
 
 
 def test_one_copy_is_the_plan_itself() -> None:
     plan = planned(EXAMPLES / "wheel_beta.yaml")
     assert replicated(plan, 1) is plan
-    assert "copies" not in plan.options
+    assert "copies" not in plan.options.recorded
 
 
 def test_copies_are_told_apart_by_their_names_alone() -> None:
@@ -76,8 +75,8 @@ def test_copies_are_told_apart_by_their_names_alone() -> None:
 
 def test_a_graph_is_copied_with_its_constants_once() -> None:
     plan = planned(EXAMPLES / "wheel_beta.yaml")
-    graph = parse_graph(plan.problem["program"], "plan")
-    two = copied(graph, 2, lambda name, copy: f"{name}_{copy}")
+    graph = plan.problem.program
+    two = copied(graph, 2)
     constants = sum(node.op == "const" for node in graph.nodes)
     assert len(two.nodes) == 2 * len(graph.nodes) - constants
     assert sorted(two.outputs) == sorted(f"{name}_{copy}" for name in graph.outputs for copy in (1, 2))

@@ -17,6 +17,7 @@ from cordicc.base.text_tables import plain
 from cordicc.cli.main import main
 from cordicc.emulate import functional, observation
 from cordicc.ir import sampling
+from cordicc.ir.sampling import Workspace
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import Plan
 from tests.support.paths import EXAMPLES
@@ -47,7 +48,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 def load(content: str) -> Plan:
-    return pipeline.check_plan(parse(content, "plan.json"), "plan.json")
+    return pipeline.check_plan(parse(content, "plan.json"))
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -82,7 +83,7 @@ def test_every_place_by_a_hostile_value(base: dict[str, Any], hostile: str) -> N
     assert bool(accepted) == (hostile not in NEVER_FIT)
     for plan in accepted:
         inputs = sampling.draw(plan.problem.workspace, 3, 0)
-        outputs = functional.run(plan, observation.plan.arithmetic, inputs)
+        outputs = functional.run(plan, plan.arithmetic, inputs)
         comparison = observation.compare(plan, inputs, outputs)
         plain(comparison_sheet(plan, comparison, {}))
         json.dumps(comparison_data(plan, comparison), allow_nan=False)
@@ -155,7 +156,7 @@ def test_a_written_plan_reads_back(base: dict[str, Any]) -> None:
 
 
 def test_samples_of_the_widest_range() -> None:
-    drawn = sampling.draw({"inputs": [{"name": "x", "lo": -1.7e308, "hi": 1.7e308}]}, 100, 0)["x"]
+    drawn = sampling.draw(Workspace({"x": (-1.7e308, 1.7e308)}), 100, 0)["x"]
     assert all(map(math.isfinite, drawn))
     assert drawn.min() < -1e308 < 1e308 < drawn.max()
 

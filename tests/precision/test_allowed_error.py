@@ -20,8 +20,8 @@ def test_exceptions_are_told(tmp_path: Path, error: str, warned: bool) -> None:
     (tmp_path / "p.yaml").write_text(LEG % error, encoding="utf-8")
     compiled = compile_file(tmp_path / "p.yaml", Options("fixed24"))
     found = [w for w in compiled.warnings if w.code == "W417"]
-    share = compiled.plan.accuracy["q"]["bound"]["share_of_samples"]
+    share = compiled.plan.accuracy["q"].bound.share_of_samples
     assert bool(found) == (share < 1) == warned
     for warning in found:
         assert "max_error 1e-05 of 'q' is proven for 99" in warning.message
-        assert f"W417: {warning.message}" in compiled.plan.problem["warnings"]
+        assert f"W417: {warning.message}" in compiled.plan.problem.warnings

@@ -109,17 +109,17 @@ def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) 
 
 def test_formats_hold_the_proven_range_and_no_more() -> None:
     plan = compiled(CORPUS / "planar_2r.yaml", target="fixed24")
-    guard = plan.target["arithmetic"]["format"]["guard"]
+    guard = plan.arithmetic.spec["format"]["guard"]
     assert plan.formats.outputs == {name: {"width": 24, "fraction": 21} for name in ("q1", "q2")}
-    inputs = {item["name"]: item for item in plan.problem["inputs"]}
+    inputs = {item.name: item for item in plan.problem.inputs}
     for name, spec in plan.formats.values.items():
-        assert spec["width"] in (24, 24 + guard)
+        assert spec.width in (24, 24 + guard)
         if name in inputs:
-            largest = max(abs(inputs[name]["lo"]), abs(inputs[name]["hi"]))
-            assert spec["width"] == 24
-            assert largest * 2.0 ** spec["fraction"] <= 2**23 - 1 < largest * 2.0 ** (spec["fraction"] + 1)
+            largest = max(abs(inputs[name].lo), abs(inputs[name].hi))
+            assert spec.width == 24
+            assert largest * 2.0**spec.fraction <= 2**23 - 1 < largest * 2.0 ** (spec.fraction + 1)
     for fifo in plan.fifos:
-        assert fifo.width == plan.formats.values[fifo.value]["width"]
+        assert fifo.width == plan.formats.values[fifo.value].width
 
 
 def test_an_unbounded_value_is_refused_with_an_input(tmp_path: Path) -> None:
@@ -149,11 +149,11 @@ def test_a_range_that_is_not_proven_is_told() -> None:
 def test_guard_bits_follow_the_length_of_the_chain() -> None:
     plain = compiled(CORPUS / "magnetic_encoder.yaml", target="fixed24")
     chained = compiled(CORPUS / "planar_3r.yaml", target="fixed24")
-    guards = [plan.target["arithmetic"]["format"]["guard"] for plan in (plain, chained)]
+    guards = [plan.arithmetic.spec["format"]["guard"] for plan in (plain, chained)]
     assert guards[0] < guards[1]
     for plan in (plain, chained):
         for name, spec in plan.formats.outputs.items():
-            assert plan.accuracy[name]["observed"]["max"] <= 2 * math.ldexp(1.0, -spec["fraction"]), name
+            assert plan.accuracy[name].observed.max <= 2 * math.ldexp(1.0, -spec.fraction), name
 
 
 @pytest.mark.parametrize("guard", [0, 3, 6])
@@ -216,7 +216,7 @@ def test_odd_problems(tmp_path: Path, inputs: str, equations: list[str], codes: 
     found: set[str] = set()
     try:
         plan = cordicc.compile(path, target="fixed24")
-        assert set(plan.formats.values) >= {item["name"] for item in plan.problem["inputs"]}
+        assert set(plan.formats.values) >= set(plan.problem.input_names)
     except CordiccError as error:
         found = {d.code for d in error.diagnostics}
     assert found == codes
@@ -250,7 +250,7 @@ def test_words_are_not_finer_than_the_units_that_make_them(
         problem_file(tmp_path, f"inputs: {inputs}\nequations:\n  - {equation}\n"), target="fixed24"
     )
     ((name, spec),) = plan.formats.outputs.items()
-    assert plan.accuracy[name]["observed"]["max"] <= 2 * math.ldexp(1.0, -spec["fraction"])
+    assert plan.accuracy[name].observed.max <= 2 * math.ldexp(1.0, -spec.fraction)
 
 
 @pytest.mark.parametrize("width", quick([10, 16, 26, 28], 28))
@@ -263,5 +263,5 @@ def test_targets_of_other_widths(tmp_path: Path, width: int, rounding: str) -> N
     path.write_text(text.replace("rounding: half-up", f"rounding: {rounding}"), encoding="utf-8")
     plan = cordicc.compile(CORPUS / "planar_2r_solve.yaml", target=str(path))
     for name, spec in plan.formats.outputs.items():
-        assert spec["width"] == width
-        assert plan.accuracy[name]["observed"]["max"] <= 6 * math.ldexp(1.0, -spec["fraction"])
+        assert spec.width == width
+        assert plan.accuracy[name].observed.max <= 6 * math.ldexp(1.0, -spec.fraction)

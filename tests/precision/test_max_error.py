@@ -36,7 +36,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def width(plan: cordicc.Plan) -> int:
     """Return the bits of the widest word between operations."""
-    return max(int(each["width"]) for each in plan.formats.values.values())
+    return max(each.width for each in plan.formats.values.values())
 
 
 @pytest.mark.parametrize("name", quick(PROBLEMS, "examples/wheel_suspension"))
@@ -44,9 +44,9 @@ def test_bounds_meet_what_is_demanded(folder: Path, name: str) -> None:
     coarse, fine = (planned(folder, name, error) for error in (1e-4, 1e-6))
     for plan, error in ((coarse, 1e-4), (fine, 1e-6)):
         for output in plan.outputs:
-            bound = plan.accuracy[output]["bound"]
+            bound = plan.accuracy[output].bound
             assert bound is not None
             assert bound["value"] <= error
             if not bound["conditions"]:
-                assert plan.accuracy[output]["observed"]["max"] <= bound["value"]
+                assert plan.accuracy[output].observed.max <= bound.value
     assert width(fine) > width(coarse)

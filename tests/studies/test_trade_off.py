@@ -89,7 +89,7 @@ class TestTradeOff:
             trade_off.Point("auto", 8, 1, 1, 120, 12, {"implicit": 1}, dict(plan.bounds), dict(plan.optimal)),
         )
         title = "Trade-off of quadruped-leg"
-        return trade_off.Front(plan.name, title, "kinematic", 1, points, 9, str(plan.problem["program"]))
+        return trade_off.Front(plan.name, title, "kinematic", 1, points, 9, plan.problem.program)
 
     def test_the_report_of_the_same_problem_gets_it(self, folder: Path, front) -> None:
         text = _report(folder, front)["report.html"]

@@ -13,10 +13,13 @@ import numpy as np
 import pytest
 
 from cordicc.arith.numbers.fixed_point import fraction_bits_for
+from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends.c import c_model
 from cordicc.emulate import functional
 from cordicc.ir.ops import GUARD_CONDITIONS, OPS, Level
 from cordicc.plan.model import Formats, Operand, Operation, Plan
+from cordicc.plan.origin import PlanOptions, PlanProblem
+from tests.support.origins import problem_of, target_of
 
 COMPILER = shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler 'cc'")
@@ -63,12 +66,12 @@ def check(plan: Plan, samples: Samples, folder: Path, *flags: str) -> dict[str, 
     return expected
 
 
-def adversarial(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, np.ndarray]:
+def adversarial(problem: PlanProblem, count: int, seed: int) -> dict[str, np.ndarray]:
     """Draw samples among which are range ends, zeros of either sign, small numbers, and ones out of range."""
     rng = np.random.default_rng(seed)
     samples = {}
-    for item in problem["inputs"]:
-        lo, hi = item["lo"], item["hi"]
+    for item in problem.inputs:
+        lo, hi = item.lo, item.hi
         drawn = lo + (hi - lo) * rng.random(count)
         small = np.clip(rng.normal(size=count) * 10.0 ** rng.integers(-12, 1, count), lo, hi)
         zero = np.clip(rng.choice([0.0, -0.0], count), lo, hi)
@@ -76,7 +79,7 @@ def adversarial(problem: Mapping[str, Any], count: int, seed: int) -> dict[str, 
         few = np.clip(np.round(drawn * 4) / 4, lo, hi)
         choice = rng.integers(0, 9, count)
         kinds = [np.full(count, lo), np.full(count, hi), zero, small, beyond, few]
-        samples[item["name"]] = np.select([choice == k for k in range(len(kinds))], kinds, drawn)
+        samples[item.name] = np.select([choice == k for k in range(len(kinds))], kinds, drawn)
     return samples
 
 
@@ -120,12 +123,12 @@ class Generator:
 
     def plan(self, operations: list[tuple[str, dict[str, Any]]], inputs: int, *, wide: bool = False) -> Plan:
         """Return a plan in which operations take inputs, constants and one another's results."""
-        values: dict[str, dict[str, int]] = {}
-        ranges = []
+        values: dict[str, BinaryPoint] = {}
+        ranges: dict[str, tuple[float, float]] = {}
         for k in range(inputs):
             size = float(2.0 ** self.rng.integers(-3, 4) * self.rng.uniform(0.5, 1))
-            ranges.append({"name": f"x{k}", "lo": -size, "hi": size * 0.75, "unit": None})
-            values[f"x{k}"] = {"width": self.outside, "fraction": fraction_bits_for(size, self.outside)}
+            ranges[f"x{k}"] = (-size, size * 0.75)
+            values[f"x{k}"] = BinaryPoint(self.outside, fraction_bits_for(size, self.outside))
         made = []
         for index, (op, params) in enumerate(operations):
             definition = OPS[op]
@@ -134,16 +137,14 @@ class Generator:
             kind = KINDS.get(op, op)
             item = (op, params, kind, op, kind, 0, 0, definition.ports, taken, results, f"eq{index}")
             made.append(Operation(f"o{index}", *item))
-            values |= {name: {"width": self.inside, "fraction": self.fraction(wide)} for name in results}
+            values |= {name: BinaryPoint(self.inside, self.fraction(wide)) for name in results}
         last = [name for operation in made[-2:] for name in operation.results if name is not None]
         outputs = {f"y{k}": Operand(value=name) for k, name in enumerate(last)}
-        shapes = {y: {"width": self.outside, "fraction": self.fraction(False)} for y in outputs}
+        shapes = {y: BinaryPoint(self.outside, self.fraction(False)) for y in outputs}
         return Plan(
-            name="random plan",
-            description="",
-            target={"name": "test", "clock_hz": 1.0, "arithmetic": self.arithmetic},
-            problem={"inputs": ranges, "equations": []},
-            options={},
+            problem=problem_of("random plan", ranges, outputs),
+            target=target_of(self.arithmetic, "test"),
+            options=PlanOptions(),
             initiation_interval=1,
             latency_cycles=0,
             cau_cycles=0,

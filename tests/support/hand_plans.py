@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.origin import PlanEquation, PlanOptions
+from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
+from tests.support.origins import problem_of, target_of
 
 LATENCY = {"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 3, "shift": 0, "sign": 0}
 KIND = {
@@ -79,19 +82,22 @@ class Builder:
         latency = max([ready[v] for v in outputs.values() if isinstance(v, str)], default=0)
         fifos = segments(operations, taken, ready, latency)
         words = sum(f.depth for f in fifos)
-        problem = {
-            "equations": [{"target": t, "text": e} for t, e in equations],
-            "inputs": [{"name": n, "lo": lo, "hi": hi, "unit": "m"} for n, (lo, hi) in self.inputs.items()],
-            "constants": {"l1": "0.4", "l2": "0.3"},
-            "warnings": ["part of the range is outside the domain, for example x = 0.1 & y < 0"],
-        }
+        problem = problem_of(
+            self.name,
+            self.inputs,
+            outputs,
+            "m",
+            description=self.description,
+            equations=tuple(PlanEquation(t, e) for t, e in equations),
+            constants={"l1": 0.4, "l2": 0.3},
+            warnings=("part of the range is outside the domain, for example x = 0.1 & y < 0",),
+        )
         bounds = {"processors": counts.get("standard", 0), "latency": latency, "fifo_words": words - 5}
         return Plan(
-            self.name, self.description, {"name": "kinematic", "clock_hz": 10_000_000}, problem,
-            {"target": "kinematic", "units": "auto", "ii": 1}, 1, latency, 44,
+            problem, target_of(), PlanOptions(target="kinematic"), 1, latency, 44,
             tuple(units), tuple(operations),
             fifos, taken, {"processors": True, "latency": True, "fifo_words": False}, bounds,
-            {name: {"bound": None, "observed": {"max": 1.25e-6, "rms": 3e-7}} for name in outputs},
+            {name: OutputAccuracy(SeenErrors(1.25e-6, 3e-7)) for name in outputs},
         )  # fmt: skip
 
 

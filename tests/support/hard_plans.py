@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cordicc.plan.model import Operand, Operation, Plan
+from cordicc.plan.origin import PlanEquation
 from tests.support import hand_plans as plans
+from tests.support.origins import problem_of
 
 HOSTILE = "<script>alert('x')</script> & \"]]>\x00\n" + "W" * 300
 
@@ -36,13 +38,19 @@ def hostile() -> Plan:
         )
         for op in plan.operations
     )
-    problem = {**plan.problem, "warnings": [HOSTILE], "equations": [{"target": HOSTILE, "text": HOSTILE}]}
-    problem["inputs"] = [{"name": HOSTILE, "lo": 0, "hi": 1, "unit": HOSTILE}]
     outputs = {HOSTILE: next(iter(plan.outputs.values())), "k": Operand(constant="1/3")}
+    problem = problem_of(
+        HOSTILE,
+        {HOSTILE: (0, 1), "y": (0, 1)},
+        outputs,
+        HOSTILE,
+        description=HOSTILE,
+        equations=(PlanEquation(HOSTILE, HOSTILE),),
+        constants=plan.problem.constants,
+        warnings=(HOSTILE,),
+    )
     return replace(
         plan,
-        name=HOSTILE,
-        description=HOSTILE,
         operations=operations,
         problem=problem,
         outputs=outputs,

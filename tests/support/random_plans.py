@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from cordicc.arith.numbers.formats import Signal
 from cordicc.plan.model import Operand, Operation, Plan, Unit
+from cordicc.plan.origin import PlanOptions
 from cordicc.schedule.delays import delays
 from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
+from tests.support.origins import problem_of, target_of
 
 PORTS = ("x", "y", "z")
 RESULTS = ("norm", "angle")
@@ -77,19 +79,18 @@ class Flow:
                     equation="",
                 )
             )
+        outputs = {f"q{i}": self.operand(source) for i, source in enumerate(self.outputs)}
         return Plan(
-            name="random",
-            description="",
-            target={},
-            problem={"inputs": [{"name": name, "lo": -0.25, "hi": 0.75} for name in self.inputs]},
-            options={},
+            problem=problem_of("random", dict.fromkeys(self.inputs, (-0.25, 0.75)), outputs),
+            target=target_of(),
+            options=PlanOptions(),
             initiation_interval=1,
             latency_cycles=schedule.latency,
             cau_cycles=0,
             units=tuple(Unit(f"u{i}", "mix", row[0]) for i, row in enumerate(self.operations)),
             operations=tuple(operations),
             fifos=fifos,
-            outputs={f"q{i}": self.operand(source) for i, source in enumerate(self.outputs)},
+            outputs=outputs,
             optimal=dict(schedule.optimal),
             bounds=dict(schedule.bounds),
         )

@@ -4,6 +4,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from cordicc.base.diagnostics import InvalidInput
+from cordicc.plan.origin import PlanTarget
 from cordicc.targets.target import function_name, load_target, shipped_targets, target_text
 from tests.support.selection import slow
 
@@ -18,7 +19,7 @@ def test_shipped_targets_load(name):
         assert sum(unit.stages.values()) == unit.latency
         assert unit.initiation_interval == 1
     assert set(target.machine().caus) == set(target.units) & {"standard", "implicit"}
-    assert target.embedded()["arithmetic"] == target.arithmetic
+    assert PlanTarget.of(target).arithmetic.spec == target.arithmetic
 
 
 def test_implicit_units():

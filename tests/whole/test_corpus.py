@@ -38,7 +38,7 @@ def test_within_tolerance(name: str, target: str) -> None:
             error = np.minimum(error, np.abs(error - math.tau))
         tolerance = expected[f"tol_{output}"]
         if output in plan.formats.outputs:  # fixed point: two ulp of the output's words if that is more
-            tolerance = np.maximum(tolerance, 2 * math.ldexp(1.0, -plan.formats.outputs[output]["fraction"]))
+            tolerance = np.maximum(tolerance, 2 * math.ldexp(1.0, -plan.formats.outputs[output].fraction))
         worst = np.max(error / tolerance)
         assert worst <= 1, f"{output}: {worst:.3g} times the tolerance"
 
@@ -57,7 +57,7 @@ def test_cycle_accurate_gives_the_same_bytes(name: str, target: str) -> None:
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_outputs_that_are_angles(name: str) -> None:
     plan = plan_of(name, "kinematic")
-    found = {output["name"] for output in plan.problem["outputs"] if output["angle"]}
+    found = {name for name, is_angle in plan.problem.angles.items() if is_angle}
     assert found == angles()[name]
     outputs = plan.simulate(inputs_of(name))
     for output in found:

@@ -120,7 +120,7 @@ def command(plan: Plan) -> str:
         option = f"--{name.replace('_', '-')}"
         if isinstance(value, bool):
             words.append(option if value else option.replace("--", "--no-"))
-        elif value is not None:
+        elif value not in (None, ""):
             words += [option, str(value)]
     return shlex.join(words)
 
