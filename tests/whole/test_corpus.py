@@ -7,10 +7,14 @@ import pytest
 
 import cordicc
 from cordicc.base.diagnostics import InvalidInput
-from tests.support.corpus import PROBLEMS, REFUSED, angles, expected_of, inputs_of, problem_path
+from tests.support.corpus import PROBLEMS, REFUSED, VARIED, angles, expected_of, inputs_of, problem_path
 from tests.support.plans import compiled, planned
+from tests.support.selection import quick
 
 TARGETS = ("kinematic", "krieger96", "imscor24", "fixed24")
+CASES = [(name, target) for target in TARGETS for name in PROBLEMS]
+QUICK = [(name, "kinematic") for name in PROBLEMS]
+QUICK += [("planar_2r", "krieger96"), ("planar_2r", "imscor24"), *((name, "fixed24") for name in VARIED)]
 
 
 def plan_of(name: str, target: str) -> cordicc.Plan:
@@ -24,8 +28,7 @@ def test_the_corpus_is_whole() -> None:
     assert len(REFUSED) == 6
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize(("name", "target"), quick(CASES, *QUICK))
 def test_within_tolerance(name: str, target: str) -> None:
     plan = plan_of(name, target)
     inputs = inputs_of(name)
@@ -43,8 +46,7 @@ def test_within_tolerance(name: str, target: str) -> None:
         assert worst <= 1, f"{output}: {worst:.3g} times the tolerance"
 
 
-@pytest.mark.parametrize("target", ["kinematic", "imscor24", "fixed24"])
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize(("name", "target"), quick(CASES, *QUICK))
 def test_cycle_accurate_gives_the_same_bytes(name: str, target: str) -> None:
     plan = plan_of(name, target)
     inputs = inputs_of(name)
