@@ -15,6 +15,7 @@ TARGETS = ("kinematic", "krieger96", "imscor24", "fixed24")
 CASES = [(name, target) for target in TARGETS for name in PROBLEMS]
 QUICK = [(name, "kinematic") for name in PROBLEMS]
 QUICK += [("planar_2r", "krieger96"), ("planar_2r", "imscor24"), *((name, "fixed24") for name in VARIED)]
+CLOCKED = [case for case in CASES if case[1] != "krieger96"]
 
 
 def plan_of(name: str, target: str) -> cordicc.Plan:
@@ -46,7 +47,9 @@ def test_within_tolerance(name: str, target: str) -> None:
         assert worst <= 1, f"{output}: {worst:.3g} times the tolerance"
 
 
-@pytest.mark.parametrize(("name", "target"), quick(CASES, *QUICK))
+@pytest.mark.parametrize(
+    ("name", "target"), quick(CLOCKED, *(case for case in CLOCKED if case in QUICK and case[0] in VARIED))
+)
 def test_cycle_accurate_gives_the_same_bytes(name: str, target: str) -> None:
     plan = plan_of(name, target)
     inputs = inputs_of(name)
