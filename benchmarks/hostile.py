@@ -1,4 +1,4 @@
-"""Time and memory of every hostile case of tests/whole/hostile, the worst ones first.
+"""Time and memory of every hostile case of tests/support/hostile, the worst ones first.
 
     python benchmarks/hostile.py [PATTERN]
 
@@ -12,8 +12,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from tests.whole.hostile.running import run
-from tests.whole.hostile.test_hostile import CASES
+from tests.support.hostile.catalogue import CASES
+from tests.support.hostile.running import run
 
 SHOWN = 25
 

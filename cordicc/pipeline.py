@@ -94,13 +94,17 @@ def compile_file(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
-    planned = plan_file(path, options, watch, enter)
+    return judged(plan_file(path, options, watch, enter), options.certify, enter)
+
+
+def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobody) -> Compiled:
+    """Return what `plan_file` made with its accuracy figures, and with error bounds where `certify` asks."""
     enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
-    if allowed or (fixed_point if options.certify is None else options.certify):
+    if allowed or (fixed_point if certify is None else certify):
         from cordicc.certify.plans import with_bounds
 
         enter("proving error bounds")

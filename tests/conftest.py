@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from tests.support import plans, selection
 
 # The same examples in every run: a failure in CI is one that everybody can repeat.
 settings.register_profile("repeatable", derandomize=True)
@@ -24,6 +29,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="rewrite the golden files with what the tests produce; read the difference before you commit it",
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the folder of compiled plans; workers of xdist start later, with it in their environment."""
+    if plans.FOLDER not in os.environ:
+        os.environ[plans.FOLDER] = tempfile.mkdtemp(prefix="cordicc-plans-")
+        config.add_cleanup(lambda: shutil.rmtree(os.environ.pop(plans.FOLDER)))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Note, before any is deselected, which tests have no quick case."""
+    config.stash[selection.WITHOUT_QUICK_CASE] = selection.without_quick_case(items)
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ import pytest
 
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.implicit_bounds import implicit_bound
+from tests.support.selection import slow
 
 BITS = 8
 TIGHTNESS = 4
@@ -44,7 +45,7 @@ def compare(error, bound, tightness=TIGHTNESS):
 
 
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("branch", ["+", "-"])
+@pytest.mark.parametrize("branch", ["+", slow("-")])
 @pytest.mark.parametrize(("fraction_bits", "iterations", "angle_bits"), SHAPES)
 def test_circular(rule, branch, fraction_bits, iterations, angle_bits):
     unit = Cau(fraction_bits, iterations, rule, BITS, angle_bits)
@@ -61,7 +62,7 @@ def test_circular(rule, branch, fraction_bits, iterations, angle_bits):
 
 
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("branch", ["+", "-"])
+@pytest.mark.parametrize("branch", ["-", slow("+")])
 @pytest.mark.parametrize(("fraction_bits", "iterations", "angle_bits"), SHAPES)
 def test_hyperbolic(rule, branch, fraction_bits, iterations, angle_bits):
     unit = Cau(fraction_bits, iterations, rule, BITS, angle_bits)

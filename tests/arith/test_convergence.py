@@ -13,6 +13,7 @@ import pytest
 from cordicc.arith.kernels import micro_rotations, shift_sequences
 from cordicc.arith.kernels.circular_bound import implicit_residual_bound
 from cordicc.studies import iterations
+from tests.support.selection import quick
 
 GUARD_BITS = 6
 ANGLE_BITS = 30
@@ -60,7 +61,7 @@ def turned(rule, table, x, y, target):
     return np.ldexp(z.astype(float), -ANGLE_BITS)
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", quick(RULES, "single-rotation"))
 @pytest.mark.parametrize(
     ("bits", "iterations", "tightness"),
     [(8, 12, 2), (7, 20, 4)],

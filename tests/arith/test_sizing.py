@@ -10,6 +10,7 @@ from cordicc.arith.unit import sizing
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.sizing import OPERATIONS, adder_bits, error_ulp, internal_errors_ulp, size_unit
 from cordicc.targets.target_file import FUNCTIONS_OF_KIND
+from tests.support.selection import quick
 
 BITS = 8
 TIGHTNESS = 4
@@ -121,7 +122,7 @@ def test_all_hyperbolic_equations_keep_the_error_sized_for(rule):
     assert worst <= internal["residual"] <= min(0.5, TIGHTNESS * worst)
 
 
-@pytest.mark.parametrize("operation", OPERATIONS)
+@pytest.mark.parametrize("operation", quick(OPERATIONS, "rotate-circular", "implicit-circular"))
 def test_no_unit_with_fewer_adder_bits_keeps_the_error(operation):
     rule = rule_of(operation)
     size = size_unit([operation], 12, 0.8, rule)
@@ -140,6 +141,7 @@ def test_a_unit_for_several_operations_keeps_them_all():
     assert all(size_unit([operation], 24).adder_bits <= size.adder_bits for operation in EXPLICIT)
 
 
+@pytest.mark.exhaustive(reason="sizes nine units; other tests size one for each operation")
 def test_tighter_errors_and_wider_words_need_more():
     bits = [size_unit(EXPLICIT, 24, error).adder_bits for error in (2.0, 1.0, 0.75, 0.6)]
     assert bits == sorted(set(bits))

@@ -10,9 +10,10 @@ from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vect
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import reference_outputs
-from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import dependence_order
-from tests.whole.test_corpus import CORPUS, PROBLEMS, table
+from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.plans import planned
+from tests.support.selection import quick
 
 ROWS = 50
 SLACK = 2.0**-50
@@ -89,12 +90,12 @@ def check(operation, unit, operands, words, formats):
             assert np.all(np.abs(got - want) <= bound + rounding + SLACK * (1 + np.abs(want)))
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_every_unit_is_within_its_bound(name: str) -> None:
-    plan = plan_file(CORPUS / f"{name}.yaml", Options("fixed24", certify=False)).plan
+    plan = planned(problem_path(name), target="fixed24")
     arithmetic = plan.arithmetic
     formats = PortFormats.of(plan, arithmetic)
-    inputs = table(CORPUS / f"{name}.inputs.csv")
+    inputs = inputs_of(name)
     samples, _ = prepare(plan, {name: column[:ROWS] for name, column in inputs.items()})
     signals = formats.encode(samples)
     for operation in dependence_order(plan):

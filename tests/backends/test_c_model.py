@@ -31,6 +31,7 @@ from tests.support.c_models import (
     variants,
 )
 from tests.support.paths import EXAMPLES
+from tests.support.selection import quick, slow
 
 WIDE = {"mantissa_bits": 43, "exponent_bits": 10, "angle_bits": 44, "iterations": 40}
 
@@ -65,7 +66,7 @@ def label(case: tuple[str, dict[str, Any]]) -> str:
 @needs_compiler
 @pytest.mark.parametrize("case", CAU_VARIANTS, ids=label)
 @pytest.mark.parametrize(
-    ("target", "seed"), [("kinematic", 3), ("krieger96", 4), ("fixed24", 5), ("fixed32", 6)]
+    ("target", "seed"), [("kinematic", 3), slow(("krieger96", 4)), ("fixed24", 5), slow(("fixed32", 6))]
 )
 def test_unit_operations(case: tuple[str, dict[str, Any]], target: str, seed: int, tmp_path: Path) -> None:
     plan = Generator(arithmetic(target), seed).plan([case], 4)
@@ -74,7 +75,7 @@ def test_unit_operations(case: tuple[str, dict[str, Any]], target: str, seed: in
 
 @needs_compiler
 @pytest.mark.parametrize("target", ["kinematic", "krieger96", "fixed24", "fixed32", "fixed12"])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", quick(range(4), 0))
 def test_random_graphs(target: str, seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
     cases = variants()
@@ -84,7 +85,7 @@ def test_random_graphs(target: str, seed: int, tmp_path: Path) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("target", ["kinematic", "fixed24", "fixed12"])
+@pytest.mark.parametrize("target", ["kinematic", "fixed24", slow("fixed12")])
 @pytest.mark.parametrize("case", OTHER_VARIANTS, ids=label)
 def test_adders_multipliers_and_sign_logic(
     case: tuple[str, dict[str, Any]], target: str, tmp_path: Path

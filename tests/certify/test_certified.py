@@ -11,19 +11,21 @@ from cordicc.certify.plans import bounds_of
 from cordicc.emulate import functional
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from tests.whole.test_corpus import CORPUS, PROBLEMS, compiled, table
+from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.plans import planned
+from tests.support.selection import quick
 
 LEAST_SHARE = 0.99
 ROWS = 300
 MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_winch": 10_000, "puma560": 2_000}
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_no_sample_is_beyond_the_bound(name: str) -> None:
-    plan = compiled(name, "fixed24")
+    plan = planned(problem_path(name), target="fixed24")
     bounds = bounds_of(plan)
     net = network(plan)
-    corpus = table(CORPUS / f"{name}.inputs.csv")
+    corpus = inputs_of(name)
     drawn = sampling.draw(plan.problem.workspace, MANY.get(name, ROWS), 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}
     simulated = functional.run(plan, plan.arithmetic, points)

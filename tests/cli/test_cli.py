@@ -10,6 +10,7 @@ import pytest
 import cordicc
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
+from tests.support.selection import quick
 
 FILES = ["datapath.svg", "plan.json", "report.html", "schedule.svg", "simulate.py"]
 
@@ -21,7 +22,10 @@ def planar(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("example", sorted(p.stem for p in EXAMPLES.glob("*.yaml")))
+PROBLEMS = sorted(p.stem for p in EXAMPLES.glob("*.yaml"))
+
+
+@pytest.mark.parametrize("example", quick(PROBLEMS, "planar_2r", "scara", "wheel_beta"))
 def test_examples_compile_twice_to_the_same_bytes(example: str, tmp_path: Path) -> None:
     for folder in ("one", "two"):
         result = run("compile", EXAMPLES / f"{example}.yaml", "-o", tmp_path / folder)

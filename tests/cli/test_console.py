@@ -13,6 +13,7 @@ import pytest
 from cordicc.base.text_tables import Facts, Heading, Sheet, Table, plain
 from cordicc.cli import console
 from tests.support.paths import EXAMPLES
+from tests.support.selection import slow
 
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 
@@ -60,17 +61,18 @@ def test_a_table_in_colour_says_what_the_plain_one_says() -> None:
     assert words(shown) == words(piped("targets"))
 
 
-@pytest.mark.parametrize("settings", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
+@pytest.mark.parametrize("settings", [{"NO_COLOR": "1"}, slow({"TERM": "dumb"})])
 def test_plain_on_request(settings: dict[str, str]) -> None:
     assert on_terminal("targets", **settings) == piped("targets")
 
 
-@pytest.mark.parametrize("columns", [40, 60, 200])
+@pytest.mark.parametrize("columns", [40, slow(60), slow(200)])
 def test_lines_fit_the_terminal(columns: int) -> None:
     lines = ESCAPE.sub("", on_terminal("targets", columns=columns)).splitlines()
     assert max(map(len, lines)) <= columns
 
 
+@pytest.mark.exhaustive(reason="compiles four times in processes; tables and diagnostics have colours too")
 def test_a_plan_in_colour(tmp_path: Path) -> None:
     arguments = ("compile", EXAMPLES / "wheel_beta.yaml", "-o", tmp_path)
     shown = on_terminal(*arguments, columns=300)

@@ -27,6 +27,7 @@ from cordicc.targets.target import CAU_KINDS
 from cordicc.targets.target_file import load_target
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
+from tests.support.selection import slow
 
 LIGHT = Effort(schedule=2.0, words=0.5)
 
@@ -57,8 +58,8 @@ def test_the_wheel_from_pipelined_to_one_cau() -> None:
         assert plan.processors()["total"] == -(-caus // interval)
 
 
-@pytest.mark.parametrize("name", ["wheel_suspension", "planar_2r", "scara", "delta"])
-@pytest.mark.parametrize("interval", [2, 5, 16])
+@pytest.mark.parametrize("name", ["wheel_suspension", "planar_2r", slow("scara"), slow("delta")])
+@pytest.mark.parametrize("interval", [slow(2), 5, slow(16)])
 def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: int) -> None:
     plan = cordicc.Plan.of(planned(name, initiation_interval=interval))
     samples = draw(plan.problem.workspace, 70, 3)
@@ -66,7 +67,7 @@ def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: in
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
 
 
-@pytest.mark.parametrize("interval", [2, 4])
+@pytest.mark.parametrize("interval", [2, slow(4)])
 def test_shared_units_in_fixed_point_give_the_same_bytes_clock_by_clock(interval: int) -> None:
     plan = cordicc.Plan.of(planned("planar_2r", "fixed24", initiation_interval=interval))
     samples = draw(plan.problem.workspace, 70, 3)
@@ -105,6 +106,7 @@ def test_control_words_are_recorded_read_back_and_verified() -> None:
         verify(changed(control=(replace(word, select=()), *unit.control[1:])))
 
 
+@pytest.mark.exhaustive(reason="schedules twice; examples are compiled twice in another test")
 def test_the_same_request_gives_the_same_bytes() -> None:
     assert dump(planned("delta", initiation_interval=8)) == dump(planned("delta", initiation_interval=8))
 

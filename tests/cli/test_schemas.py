@@ -31,7 +31,7 @@ from tests.support.paths import ROOT
 PROBLEMS = sorted(
     [*(ROOT / "examples").glob("*.yaml"), *(ROOT / "tests" / "whole" / "corpus").glob("*.yaml")]
 )
-CASES = sorted((ROOT / "tests" / "errors" / "cases").glob("*.yaml"))
+CASES = sorted((ROOT / "tests" / "whole" / "errors").glob("*.yaml"))
 
 
 def schema(kind: str) -> dict[str, Any]:

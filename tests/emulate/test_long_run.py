@@ -20,13 +20,15 @@ from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.sampling import Workspace
 from tests.support.command_line import run
 from tests.support.paths import CORPUS, EXAMPLES
+from tests.support.plans import compiled
+from tests.support.selection import slow
 
 PROBLEMS = sorted(path.stem for path in CORPUS.glob("*.yaml") if not path.stem.startswith("rej_"))
 
 
 @pytest.fixture(scope="module")
 def plan() -> cordicc.Plan:
-    return cordicc.compile(EXAMPLES / "planar_2r.yaml")
+    return compiled(EXAMPLES / "planar_2r.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -159,9 +161,10 @@ def test_search_finds_no_smaller_error(file: Path) -> None:
     assert run(*command).stdout == text
 
 
+@pytest.mark.exhaustive(reason="compiles the PUMA 560 for a line of text")
 def test_inputs_that_depend_on_one_another_are_not_searched() -> None:
     text = run("simulate", EXAMPLES / "puma560.yaml", "--random", 50, "--report").stdout
-    plan = cordicc.compile(EXAMPLES / "puma560.yaml")
+    plan = compiled(EXAMPLES / "puma560.yaml")
     assert ("no search: the inputs depend on one another" in text) == (plan.problem.samples is not None)
 
 
@@ -237,11 +240,11 @@ def test_reference_options(file: Path) -> None:
         assert run("simulate", file, *options).exit_code == 2
 
 
-@pytest.mark.parametrize("name", ["planar_2r", "puma560"])
+@pytest.mark.parametrize("name", ["planar_2r", slow("puma560")])
 def test_compare_with_golden_data(name: str, tmp_path: Path) -> None:
     files = (CORPUS / f"{name}.inputs.csv", CORPUS / f"{name}.expected.csv")
     plan = tmp_path / "plan.json"
-    plan.write_text(cordicc.compile(CORPUS / f"{name}.yaml").to_json(), encoding="utf-8")
+    plan.write_text(compiled(CORPUS / f"{name}.yaml").to_json(), encoding="utf-8")
     result = run("simulate", plan, "--compare", *files)
     assert result.exit_code == 0, result.output
     assert "200 rows, as expected" in result.stdout

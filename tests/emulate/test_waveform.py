@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +17,12 @@ from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import waveform
 from cordicc.ir import sampling
-from cordicc.pipeline import Options, plan_file
-from cordicc.schedule.request import Limits
 from tests.support.paths import EXAMPLES
+from tests.support.plans import planned
 
 
-@cache
 def compiled(name: str, target: str, interval: int = 1) -> Plan:
-    options = Options(target, limits=Limits(initiation_interval=interval))
-    return Plan.of(plan_file(EXAMPLES / f"{name}.yaml", options).plan)
+    return planned(EXAMPLES / f"{name}.yaml", target=target, ii=interval)
 
 
 def read(text: str) -> tuple[dict[str, Any], dict[str, list[tuple[int, Any]]], str]:

@@ -10,23 +10,22 @@ import cordicc
 from cordicc.cli.main import main
 from cordicc.ir.sampling import draw
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import copied, replicated
 from cordicc.plan.file import dump, parse
 from cordicc.plan.verify import verify
 from cordicc.schedule.place import scheduling_problem
-from cordicc.schedule.request import Limits
 from cordicc.targets.target import CAU_KINDS
 from tests.support.paths import EXAMPLES
+from tests.support.plans import compiled, planned
 
 
 @pytest.fixture(scope="module")
 def pair() -> cordicc.Plan:
-    return cordicc.compile(EXAMPLES / "wheel_suspension.yaml", ii=4, copies=2)
+    return compiled(EXAMPLES / "wheel_suspension.yaml", ii=4, copies=2, effort=0.1)
 
 
 def test_copies_share_the_units(pair: cordicc.Plan) -> None:
-    one = plan_file(EXAMPLES / "wheel_suspension.yaml", Options(limits=Limits(initiation_interval=4))).plan
+    one = planned(EXAMPLES / "wheel_suspension.yaml", ii=4)
     verify(pair)
     assert len(pair.operations) == 2 * len(one.operations)
     counts = [sum(o.kind == kind for o in pair.operations) for kind in CAU_KINDS]
@@ -35,7 +34,7 @@ def test_copies_share_the_units(pair: cordicc.Plan) -> None:
 
 
 def test_each_copy_computes_what_the_problem_does(pair: cordicc.Plan) -> None:
-    one = cordicc.compile(EXAMPLES / "wheel_suspension.yaml")
+    one = planned(EXAMPLES / "wheel_suspension.yaml")
     samples = draw(pair.problem.workspace, 60, 2)
     together = pair.simulate(samples)
     clocked = pair.simulate(samples, cycle_accurate=True)
@@ -57,13 +56,13 @@ def test_the_plan_of_copies_is_read_back(pair: cordicc.Plan) -> None:
 
 
 def test_one_copy_is_the_plan_itself() -> None:
-    plan = plan_file(EXAMPLES / "wheel_beta.yaml", Options()).plan
+    plan = planned(EXAMPLES / "wheel_beta.yaml")
     assert replicated(plan, 1) is plan
     assert "copies" not in plan.options.recorded
 
 
 def test_copies_are_told_apart_by_their_names_alone() -> None:
-    plan = plan_file(EXAMPLES / "planar_2r.yaml", Options()).plan
+    plan = planned(EXAMPLES / "planar_2r.yaml")
     three = scheduling_problem(replicated(plan, 3), 4)
     three.check()
     one = scheduling_problem(plan, 4)
@@ -75,7 +74,7 @@ def test_copies_are_told_apart_by_their_names_alone() -> None:
 
 
 def test_a_graph_is_copied_with_its_constants_once() -> None:
-    plan = plan_file(EXAMPLES / "wheel_beta.yaml", Options()).plan
+    plan = planned(EXAMPLES / "wheel_beta.yaml")
     graph = plan.problem.program
     two = copied(graph, 2)
     constants = sum(node.op == "const" for node in graph.nodes)

@@ -202,6 +202,7 @@ def test_goals_come_first(tmp_path: Path, goal: str) -> None:
     assert reached[goal] == min(reached.values())
 
 
+@pytest.mark.exhaustive(reason="compiles hundreds of equations to see a limit of the search")
 def test_hundreds_of_equations_keep_the_certain_realisation(tmp_path: Path) -> None:
     lines = [
         "q0 = atan2(y, x)",

@@ -79,6 +79,7 @@ def test_search_is_brute_force(zero: ZeroShift, final: int, error: Fraction, dom
     assert some
 
 
+@pytest.mark.exhaustive(reason="a search of ten seconds; the paper's own set is found quickly")
 def test_the_papers_conditions() -> None:
     found = searched(Conditions(17, PI, ERROR, 22))
     assert [n for n, part in found.items() if part.scalable] == [19, 20, 21, 22]

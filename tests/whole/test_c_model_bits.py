@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.support.c_models import SANITIZED, adversarial, check, needs_compiler
-from tests.whole.test_corpus import CORPUS, PROBLEMS, compiled, table
+from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.plans import planned
+from tests.support.selection import quick
 
 SOME = ("planar_2r", "puma560", "four_bar", "catenary", "lorentz_boost", "stanford_arm")
 CASES = [(name, target) for target in ("fixed24", "kinematic") for name in PROBLEMS]
@@ -14,10 +16,12 @@ CASES += [(name, target) for target in ("krieger96", "imscor24") for name in SOM
 
 
 @needs_compiler
-@pytest.mark.parametrize(("name", "target"), CASES)
+@pytest.mark.parametrize(
+    ("name", "target"), quick(CASES, ("planar_2r", "kinematic"), *((name, "fixed24") for name in VARIED))
+)
 def test_same_bits_as_the_emulator(name: str, target: str, tmp_path: Path) -> None:
-    plan = compiled(name, target)
-    workspace = table(CORPUS / f"{name}.inputs.csv")
+    plan = planned(problem_path(name), target=target)
+    workspace = inputs_of(name)
     more = adversarial(plan.problem, 1000, 1)
     near = {k: np.nextafter(v, np.inf) for k, v in workspace.items() if k in more}
     samples = {k: np.concatenate([workspace[k], near[k], more[k]]) for k in more}

@@ -1,40 +1,27 @@
 """The public corpus: every problem compiles, and simulates its workspace within its tolerance."""
 
-import csv
 import math
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import cordicc
 from cordicc.base.diagnostics import InvalidInput
-from cordicc.pipeline import Options, plan_file
-from tests.support.paths import CORPUS
+from tests.support.corpus import PROBLEMS, REFUSED, VARIED, angles, expected_of, inputs_of, problem_path
+from tests.support.plans import compiled, planned
+from tests.support.selection import quick
 
-PROBLEMS = sorted(p.stem for p in CORPUS.glob("*.yaml") if not p.stem.startswith("rej_"))
-REFUSED = sorted(p.stem for p in CORPUS.glob("rej_*.yaml"))
 TARGETS = ("kinematic", "krieger96", "imscor24", "fixed24")
+CASES = [(name, target) for target in TARGETS for name in PROBLEMS]
+QUICK = [(name, "kinematic") for name in PROBLEMS]
+QUICK += [("planar_2r", "krieger96"), ("planar_2r", "imscor24"), *((name, "fixed24") for name in VARIED)]
+CLOCKED = [case for case in CASES if case[1] != "krieger96"]
 
 
-@cache
-def compiled(name: str, target: str) -> cordicc.Plan:
-    path = CORPUS / f"{name}.yaml"
-    if target == "kinematic":
-        return cordicc.compile(path)
-    return cordicc.Plan.of(plan_file(path, Options(target)).plan)  # without the time of the accuracy figures
-
-
-def table(path: Path) -> dict[str, np.ndarray]:
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
-
-
-def angles() -> dict[str, set[str]]:
-    lines = (CORPUS / "angles.txt").read_text(encoding="utf-8").splitlines()
-    return {line.split()[0]: set(line.split()[1:]) for line in lines if line}
+def plan_of(name: str, target: str) -> cordicc.Plan:
+    """Return a plan with accuracy figures on the default target only, since they take their time."""
+    path = problem_path(name)
+    return compiled(path) if target == "kinematic" else planned(path, target=target)
 
 
 def test_the_corpus_is_whole() -> None:
@@ -42,12 +29,11 @@ def test_the_corpus_is_whole() -> None:
     assert len(REFUSED) == 6
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize(("name", "target"), quick(CASES, *QUICK))
 def test_within_tolerance(name: str, target: str) -> None:
-    plan = compiled(name, target)
-    inputs = table(CORPUS / f"{name}.inputs.csv")
-    expected = table(CORPUS / f"{name}.expected.csv")
+    plan = plan_of(name, target)
+    inputs = inputs_of(name)
+    expected = expected_of(name)
     outputs = plan.simulate(inputs)
     assert outputs["valid"].all()
     for output in plan.outputs:
@@ -61,11 +47,12 @@ def test_within_tolerance(name: str, target: str) -> None:
         assert worst <= 1, f"{output}: {worst:.3g} times the tolerance"
 
 
-@pytest.mark.parametrize("target", ["kinematic", "imscor24", "fixed24"])
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize(
+    ("name", "target"), quick(CLOCKED, *(case for case in CLOCKED if case in QUICK and case[0] in VARIED))
+)
 def test_cycle_accurate_gives_the_same_bytes(name: str, target: str) -> None:
-    plan = compiled(name, target)
-    inputs = table(CORPUS / f"{name}.inputs.csv")
+    plan = plan_of(name, target)
+    inputs = inputs_of(name)
     functional, clocked = plan.simulate(inputs), plan.simulate(inputs, cycle_accurate=True)
     assert list(functional) == list(clocked)
     for output in functional:
@@ -74,10 +61,10 @@ def test_cycle_accurate_gives_the_same_bytes(name: str, target: str) -> None:
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_outputs_that_are_angles(name: str) -> None:
-    plan = compiled(name, "kinematic")
+    plan = plan_of(name, "kinematic")
     found = {name for name, is_angle in plan.problem.angles.items() if is_angle}
     assert found == angles()[name]
-    outputs = plan.simulate(table(CORPUS / f"{name}.inputs.csv"))
+    outputs = plan.simulate(inputs_of(name))
     for output in found:
         assert np.all((-math.pi < outputs[output]) & (outputs[output] <= math.pi))
 
@@ -85,6 +72,6 @@ def test_outputs_that_are_angles(name: str) -> None:
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_with_a_place(name: str) -> None:
     with pytest.raises(InvalidInput) as caught:
-        cordicc.compile(CORPUS / f"{name}.yaml")
+        cordicc.compile(problem_path(name))
     assert caught.value.exit_status == 2
     assert all(d.span is not None for d in caught.value.diagnostics)

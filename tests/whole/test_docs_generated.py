@@ -19,6 +19,7 @@ def generate() -> ModuleType:
     return module
 
 
+@pytest.mark.exhaustive(reason="compiles all examples to draw the gallery")
 def test_generated_files_are_fresh(generate: ModuleType, request: pytest.FixtureRequest) -> None:
     if request.config.getoption("--update-golden"):
         generate.main()

@@ -1,6 +1,6 @@
 """Invalid problem files, and the exact diagnostics they get.
 
-Each `cases/NAME.yaml` has a `cases/NAME.expected` with everything that is shown for it.  Set
+Each `errors/NAME.yaml` has an `errors/NAME.expected` with everything that is shown for it.  Set
 CORDICC_UPDATE=1 to write the expected files anew, and read the difference.
 """
 

@@ -8,12 +8,13 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from tests.support.fuzzing import TARGETS, compiled, loaded, plan_texts
+from tests.support.selection import quick
 
 CASES = {"problem text": 80, "compile": 8, "plan reader": 120}
 """About six seconds each."""
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", quick(TARGETS, "problem text", "compile"))
 def test_ends_well(name: str) -> None:
     target = TARGETS[name]
 

@@ -9,6 +9,7 @@ import cordicc
 from cordicc.backends.pictures import datapath
 from cordicc.cli.main import main
 from tests.support.paths import EXAMPLES
+from tests.support.selection import quick
 
 CASES = {
     "wheel_beta.imscor24": ["wheel_beta.yaml", "--units", "standard", "--target", "imscor24"],
@@ -20,7 +21,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", quick(CASES, *list(CASES)[:4]))
 def test_passes_and_summary(case: str, golden, tmp_path: Path) -> None:
     file, *options = CASES[case]
     arguments = ["compile", str(EXAMPLES / file), "-o", str(tmp_path), "--print-after", "all", *options]

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cordicc import artefacts, pipeline
-from cordicc.pipeline import Options
+from cordicc import artefacts
 from cordicc.plan.model import Plan
-from cordicc.schedule.request import Limits
-from tests.whole.browser.chromium import Page, browser, why_not
-from tests.whole.browser.drawn_plans import plan_of
+from tests.support.browser.chromium import Page, browser, why_not
+from tests.support.browser.drawn_plans import plan_of
+from tests.support.plans import compiled
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +26,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 @pytest.fixture(scope="session")
 def wheel(examples_dir: Path) -> Plan:
     """A small plan with its accuracy."""
-    return pipeline.compile_file(examples_dir / "wheel_suspension.yaml", Options()).plan
+    return compiled(examples_dir / "wheel_suspension.yaml")
 
 
 @pytest.fixture(scope="session")
@@ -49,9 +48,7 @@ def puma_report(puma: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def shared_report(examples_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of a plan whose operations share units."""
-    options = Options(limits=Limits(initiation_interval=8))
-    plan = pipeline.compile_file(examples_dir / "quadruped_leg.yaml", options).plan
-    return _written(plan, tmp_path_factory)
+    return _written(compiled(examples_dir / "quadruped_leg.yaml", ii=8), tmp_path_factory)
 
 
 def _written(plan: Plan, factory: pytest.TempPathFactory) -> Path:

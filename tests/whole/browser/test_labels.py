@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from cordicc import artefacts
-from tests.whole.browser.chromium import Page, script
-from tests.whole.browser.drawn_plans import PLANS, plan_of
+from tests.support.browser.chromium import Page, script
+from tests.support.browser.drawn_plans import PLANS, plan_of
 
 FONTS = ("", "'DejaVu Sans', sans-serif")
 """As it is, and the widest of the common fonts."""

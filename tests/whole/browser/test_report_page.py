@@ -10,7 +10,7 @@ import pytest
 
 from cordicc.backends.pictures import wiring
 from cordicc.plan.model import Plan
-from tests.whole.browser.chromium import Page, script
+from tests.support.browser.chromium import Page, script
 
 LIT = script("lit")
 

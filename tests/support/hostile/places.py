@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from tests.whole.hostile.cases import Case, compiling
-from tests.whole.hostile.graphs import graph
+from tests.support.hostile.cases import Case, compiling
+from tests.support.hostile.graphs import graph
 
 SMALL = "inputs: {x: [0.5, 1]}\nequations: [w = 2*x]\n"
 

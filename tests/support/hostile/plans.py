@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.whole.hostile.cases import Case
+from tests.support.hostile.cases import Case
 
 PROBLEM = """
 name: small

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tests.whole.hostile.cases import Case, compiling
+from tests.support.hostile.cases import Case, compiling
 
 HEAD = "inputs: {x: [0.5, 1], y: [0.1, 0.9], z: [0.1, 0.2]}\nequations:\n"
 

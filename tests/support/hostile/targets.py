@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from importlib import resources
 
-from tests.whole.hostile.cases import Case, Content
+from tests.support.hostile.cases import Case, Content
 
 PROBLEM = "inputs: {x: [0.5, 1], y: [0.1, 0.9]}\nequations: ['w = atan2(y, x)']\n"
 KINEMATIC = resources.files("cordicc.targets").joinpath("kinematic.yaml").read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ class Case:
 
     name: str
     arguments: tuple[str, ...]
-    files: Mapping[str, Content] = field(default_factory=dict)
+    files: Mapping[str, Content | Callable[[], Content]] = field(default_factory=dict)
     codes: tuple[str, ...] = ()
     prepare: Callable[[Path], None] | None = None
 
@@ -31,7 +31,8 @@ class Case:
 
     def lay_out(self, folder: Path) -> None:
         """Write the files."""
-        for name, content in self.files.items():
+        for name, given in self.files.items():
+            content = given() if callable(given) else given
             data = content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
             (folder / name).write_bytes(data)
         if self.prepare is not None:

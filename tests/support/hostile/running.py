@@ -28,7 +28,7 @@ _PRELOADED = [
     "cordicc.pipeline",
     "cordicc.api",
     "cordicc.cli.sample_run",
-    "tests.whole.hostile.running",
+    "tests.support.hostile.running",
 ]
 _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(_PRELOADED)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.whole.hostile import graphs, places, plans, problems, tables, targets
-from tests.whole.hostile.cases import Case
-from tests.whole.hostile.running import run
+from tests.support.hostile.cases import Case
+from tests.support.hostile.catalogue import CASES, QUICK
+from tests.support.hostile.running import run
+from tests.support.selection import quick
 
-CASES = [case for module in (problems, tables, targets, graphs, plans, places) for case in module.CASES]
 PEAK_BYTES = 1 << 30
 IDS = [re.sub(r"\W+", "-", case.name) for case in CASES]
 
@@ -20,7 +20,7 @@ def test_names_are_unique() -> None:
     assert len({case.name for case in CASES}) == len(CASES)
 
 
-@pytest.mark.parametrize("case", CASES, ids=IDS)
+@pytest.mark.parametrize("case", quick(CASES, *QUICK), ids=IDS)
 def test_ends_well(case: Case, tmp_path: Path) -> None:
     case.lay_out(tmp_path)
     before = {path.name for path in tmp_path.iterdir()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.whole.hostile.cases import Case, Content
+from tests.support.hostile.cases import Case, Content
 
 PROBLEM = "inputs: {x: [0.5, 1]}\nequations: [w = 2*x]\n"
 
