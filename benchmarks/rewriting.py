@@ -14,12 +14,13 @@ import argparse
 import time
 from pathlib import Path
 
-from cordicc.frontend.domain import check_meaning, input_intervals
+from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
 from cordicc.targets.target import load_target
 
@@ -77,7 +78,7 @@ def rewritten(name: str, target: str, goal: str) -> tuple[Choice, float]:
     path = next(p / f"{name}.yaml" for p in places if (p / f"{name}.yaml").exists())
     problem = load_problem(path).problem
     loaded = load_target(target)
-    context = Context(input_intervals(problem), goal)
+    context = PassContext(input_intervals(problem), goal)
     start = time.perf_counter()
     graph = problem.graph
     for step in default_passes(implicit=loaded.has_implicit):

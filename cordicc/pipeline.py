@@ -15,7 +15,7 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.observation import DEFAULT_SEED, observe, with_warnings
-from cordicc.frontend.domain import check_domain, check_meaning, input_intervals
+from cordicc.frontend.domain import check_domain, input_intervals
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
@@ -31,8 +31,9 @@ from cordicc.plan.origin import PlanOptions, PlanProblem
 from cordicc.plan.verify import verify as verify_plan
 from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, checked, exceptions, widened
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
@@ -267,7 +268,7 @@ def rewrite(
 ) -> Choice:
     """Return the graph of unit operations that computes a problem's outputs, cheapest on a target."""
     costs = Costs.of(target, implicit=implicit, preferred=preferred)
-    context = Context(input_intervals(problem), goal, costs.floating, effort)
+    context = PassContext(input_intervals(problem), goal, costs.floating, effort)
     graph = problem.graph
     verify_graph(graph)
     if watch is not None:

@@ -8,10 +8,12 @@ import pytest
 
 from cordicc.ir.graph import Value
 from cordicc.rewrite.numeric import Results, evaluate
-from cordicc.rewrite.rules import angles, circles, common_denominators, synthesis
+from cordicc.rewrite.rules import circles, common_denominators, offsets, synthesis, vector_sums
+from cordicc.rewrite.rules.principal_values import PRINCIPAL_VALUES
+from cordicc.rewrite.rules.rule import Given
 from cordicc.rewrite.search import start
-from tests.rewrite.test_rewrite_frames import store_of_inputs
 from tests.support.rewriting import multipliers, problem_of, same_where, searched, units
+from tests.support.stores import store_of_inputs
 
 Patch = pytest.MonkeyPatch
 
@@ -32,7 +34,7 @@ def test_principal_values_are_equal_and_not_only_modulo(branch: str, zero: int) 
     coefficients[zero] = made.const(0)
     unit = made.make("implicit", (*coefficients, given["c"]), (1, branch))
     before = len(made.algebra.nodes)
-    angles.add_principal_values(made)
+    PRINCIPAL_VALUES.run(Given(made))
     index = next(i for i in range(before, len(made.algebra.nodes)) if made.algebra.nodes[i].op == "vector")
     assert made.find(Value(index, 1)) == made.find(unit[0])
     np.testing.assert_allclose(made.numbers(Value(index, 1)), made.numbers(unit[0]), atol=1e-12)
@@ -46,7 +48,7 @@ def test_other_branches_are_no_principal_values(branch: str, zero: int) -> None:
     coefficients[zero] = made.const(0)
     made.make("implicit", (*coefficients, given["c"]), (1, branch))
     before = len(made.algebra.nodes)
-    angles.add_principal_values(made)
+    PRINCIPAL_VALUES.run(Given(made))
     assert len(made.algebra.nodes) == before
 
 
@@ -69,12 +71,12 @@ def test_a_constant_offset_takes_no_rotation(tmp_path: Path, equation: str) -> N
 def test_the_direction_of_an_offset(tmp_path: Path, monkeypatch: Patch) -> None:
     problem = problem_of(tmp_path, "t=-3:3", "a = sin(t - 0.4)\nb = sin(t)", "a, b")
     searched(problem)
-    sine = angles.fold
+    sine = offsets.fold
 
     def other(op, params, operands):
         return -sine(op, params, operands) if op == "sin" else sine(op, params, operands)
 
-    monkeypatch.setattr(angles, "fold", other)
+    monkeypatch.setattr(offsets, "fold", other)
     with pytest.raises(AssertionError):
         searched(problem)
 
@@ -93,9 +95,9 @@ def test_sum_of_the_angles_of_two_vectors(tmp_path: Path, sign: str) -> None:
 
 def test_the_sense_of_a_difference(tmp_path: Path, monkeypatch: Patch) -> None:
     problem = problem_of(tmp_path, "x=-2:2, y=-2:2, u=-2:2, v=-2:2", "t = atan2(y, x) - atan2(v, u)", "t")
-    turned = angles.turned
+    turned = vector_sums.turned
     monkeypatch.setattr(
-        angles,
+        vector_sums,
         "turned",
         lambda made, one, other: turned(made, one, (other[0], made.make("neg", (other[1],))[0])),
     )
@@ -136,7 +138,7 @@ def test_squares_of_half_angles_cancel_no_digits(tmp_path: Path, monkeypatch: Pa
         return float(np.max([np.abs(each[output.result] / exact - 1) for each in tries]))
 
     error = moved()
-    monkeypatch.setattr(synthesis, "_CANCELS", 1e9)
+    monkeypatch.setattr(synthesis, "CANCELS", 1e9)
     assert error < 1e-5
     assert 2 * error < moved()
 
@@ -160,12 +162,12 @@ def test_a_shorter_equation_is_the_same_equation(tmp_path: Path, monkeypatch: Pa
     equations = "r = hypot(x, y) - 0.2\nt = atan2(w, r) + acos((r**2 + w**2 + 1)/(3*hypot(r, w)))"
     problem = problem_of(tmp_path, "x=1:1.3, y=0.5:1, w=-0.4:0.4", equations, "t")
     assert units(searched(problem).graph) == ["implicit", "vector"]
-    monkeypatch.setattr(circles, "_shortest", lambda made, equation, common, lengths: equation)
+    monkeypatch.setattr(circles, "shortest", lambda made, equation, common, lengths: equation)
     assert units(searched(problem).graph) != ["implicit", "vector"]
 
 
 def test_values_that_outgrow_the_field_become_generators(tmp_path: Path, monkeypatch: Patch) -> None:
-    monkeypatch.setattr("cordicc.rewrite.exact.field._TERMS", 40)
+    monkeypatch.setattr("cordicc.rewrite.exact.field.MOST_TERMS", 40)
     equations = """
 p = atan2(a + b*c, b - a*c)
 x = d*cos(p) - e*sin(p) + a*b

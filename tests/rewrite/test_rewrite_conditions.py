@@ -30,7 +30,7 @@ def test_the_branch_of_a_circle_equation(tmp_path: Path, monkeypatch: pytest.Mon
         return store.make("implicit", (A, B, C), (1, "-"))
 
     # Its cosine and sine are no longer those that are wanted, so it is never taken for the angle.
-    monkeypatch.setattr(realisations, "realise", other)
+    monkeypatch.setattr(circles, "realise", other)
     assert units(searched(problem).graph) != ["implicit", "implicit"]
 
 

@@ -7,7 +7,7 @@ from itertools import product
 
 import pytest
 
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.search.conditions import Requirement
 from cordicc.rewrite.search.costs import Costs, ordered
 from cordicc.rewrite.search.dominance import lean
@@ -91,7 +91,7 @@ def test_no_choice_is_cheaper(seed: int, goal: str) -> None:
     classes = list(choice.providers)
     every = (dict(zip(classes, made, strict=True)) for made in product(*choice.providers.values()))
     costs = [made for made in (figures(choice, provider, goal) for provider in every) if made is not None]
-    found = extract(choice, [], frozenset(), COSTS, Context({}, goal))
+    found = extract(choice, [], frozenset(), COSTS, PassContext({}, goal))
     assert found is not None
     assert found.proven
     assert figures(choice, dict(found.provider), goal) == min(costs)
@@ -131,17 +131,17 @@ def test_a_requirement_keeps_its_unit() -> None:
     ]
     choice = alternatives(options, a=2)
     needs = [Requirement(((3, 3),), None, "nonzero")]
-    found = extract(choice, needs, frozenset(), COSTS, Context({}))
+    found = extract(choice, needs, frozenset(), COSTS, PassContext({}))
     assert found is not None
     assert found.provider[3] == 3
-    assert extract(choice, [Requirement((), None, "any")], frozenset(), COSTS, Context({})) is None
+    assert extract(choice, [Requirement((), None, "any")], frozenset(), COSTS, PassContext({})) is None
 
 
 def test_guards_count_as_area_only() -> None:
     options = [option("input", (), 0), option("neg", (0,), 1), option("vector", (0, 0, 0), 1, 2)]
     choice = alternatives(options, a=1)
     needs = [Requirement(((2, 2),), 0, "nonzero")]
-    found = extract(choice, needs, frozenset(), COSTS, Context({}))
+    found = extract(choice, needs, frozenset(), COSTS, PassContext({}))
     assert found is not None
     assert found.guards == (0,)
     assert 2 not in found.provider

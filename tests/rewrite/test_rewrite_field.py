@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cordicc.rewrite.exact.field import Element, Field, TooLarge, monic
-from cordicc.rewrite.exact.roots import square_root_of
+from cordicc.rewrite.exact.field import Element, Field, TooLarge, monic, square_root_of
 
 
 def field() -> tuple[Field, Element, Element]:

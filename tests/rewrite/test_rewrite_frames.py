@@ -8,29 +8,19 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules import frames
-from cordicc.rewrite.rules.sharing import add_norm_chains
+from cordicc.rewrite.rules.norms import NORM_CHAINS
+from cordicc.rewrite.rules.rule import Given
 from cordicc.rewrite.search import realisations
 from tests.support.rewriting import multipliers, problem_of, same_where, searched, units
+from tests.support.stores import store_of_inputs
 
-NAMES = ("x", "y", "t", "c", "z")
 FORMS = [
     (op, parameter, order, p, q)
     for (op, parameter) in (("vector", 1), ("vector", -1), ("implicit", "+"), ("implicit", "-"))
     for order, p, q in product(((0, 1), (1, 0)), (1, -1), (1, -1))
 ]
-
-
-def store_of_inputs() -> tuple[Store, dict[str, Value]]:
-    generator = np.random.default_rng(3)
-    samples = {name: generator.uniform(-3.1, 3.1, 50) for name in NAMES}
-    # Large enough a vector for every C, so that the equations have solutions.
-    samples["x"] = np.copysign(4.0 + np.abs(samples["x"]), samples["x"])
-    store = Store(Field(40, 20, 20), {name: Interval(-8.0, 8.0) for name in NAMES}, samples)
-    return store, {name: store.make("input", (), (name,))[0] for name in NAMES}
 
 
 def frame_of(form: tuple[str, object, tuple[int, int], int, int]) -> tuple[Store, Value]:
@@ -53,7 +43,7 @@ def differences(store: Store) -> list[float]:
 @pytest.mark.parametrize("form", FORMS, ids=str)
 def test_sum_of_angles_and_second_result(form: tuple[str, object, tuple[int, int], int, int]) -> None:
     store, angle = frame_of(form)
-    frames.add_frames(store)
+    frames.FRAMES.run(Given(store))
     assert store.turns
     assert max(differences(store)) < 1e-12
     other = store.domains[angle][0]
@@ -67,9 +57,9 @@ def test_sum_of_angles_and_second_result(form: tuple[str, object, tuple[int, int
 def test_a_mirror_image_takes_the_other_branch(
     monkeypatch: pytest.MonkeyPatch, form: tuple[str, object, tuple[int, int], int, int]
 ) -> None:
-    monkeypatch.setattr(frames, "_OTHER", {"+": "+", "-": "-"})
+    monkeypatch.setattr(frames, "OTHER_BRANCH", {"+": "+", "-": "-"})
     store, _ = frame_of(form)
-    frames.add_frames(store)
+    frames.FRAMES.run(Given(store))
     mirrored = (form[3] * form[4] > 0) == (form[2] == (1, 0))
     assert (max(differences(store)) > 1e-3) == mirrored
 
@@ -78,7 +68,7 @@ def test_legs_of_other_lengths_are_left_alone() -> None:
     store, given = store_of_inputs()
     a, b = store.make("rotate", (given["x"], given["y"], given["t"]), (1,))
     store.make("vector", (a, store.scale(Fraction(2), b), given["z"]), (1, 1))
-    frames.add_frames(store)
+    frames.FRAMES.run(Given(store))
     assert not store.turns
 
 
@@ -119,12 +109,12 @@ def test_a_norm_of_unequal_legs_is_no_sum_of_squares() -> None:
     total = store.add(store.add(squares[0], squares[1]), squares[2])
     store.make("vector", (store.scale(Fraction(2), given["x"]), given["y"], store.const(0)), (1, 1))
     before = len(store.algebra.nodes)
-    add_norm_chains(store)
+    NORM_CHAINS.run(Given(store))
     assert len(store.algebra.nodes) == before
     norm = store.make("vector", (given["y"], store.scale(Fraction(-1), given["x"]), store.const(0)), (1, 1))[
         0
     ]
-    add_norm_chains(store)
+    NORM_CHAINS.run(Given(store))
     made = [i for i in range(before, len(store.algebra.nodes)) if store.find(Value(i)) == store.find(total)]
     assert made
     assert norm in [

@@ -76,12 +76,12 @@ def test_chains_of_one_coefficient_want_it_positive(tmp_path: Path, monkeypatch:
     problem = problem_of(tmp_path, BOX, equations, "t")
     samples = {"x": [0.5, 0.5], "y": [0.0, 0.0], "w": [1.0, -1.0]}
     same_where(problem, searched(problem, implicit=False).graph, samples)
-    chain = standard_chains._circular
+    chain = standard_chains.circular_chain
 
     def broken(builder, branch, sine, cosine, C):
         return chain(builder, branch, (sine[0], True), (cosine[0], True), C)
 
-    monkeypatch.setattr(standard_chains, "_circular", broken)
+    monkeypatch.setattr(standard_chains, "circular_chain", broken)
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem, implicit=False).graph, samples)
 
@@ -95,14 +95,14 @@ ALWAYS: list[tuple[str, Callable[..., object], str, str, dict[str, list[float]]]
         {"x": [0.0, 1.0], "y": [0.0, 1.0], "w": [0.5, 0.5]},
     ),
     (
-        "_holds",
+        "holds",
         lambda *given: True,
         "u = (x*w + y)/x\nv = u*x",
         "v",
         {"x": [0.0, 1.0], "y": [0.5, 0.5], "w": [0.5, 0.5]},
     ),
     (
-        "_root_proven",
+        "root_proven",
         lambda *given: True,
         "u = sqrt(x)\nv = u**2 + y",
         "v",

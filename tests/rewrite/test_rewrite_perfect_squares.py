@@ -26,7 +26,7 @@ def test_the_angle_between_vectors_is_one_vectoring(tmp_path: Path) -> None:
 
 
 def test_the_angle_between_vectors_has_no_sign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(perfect_squares, "_size", lambda store, value: value)
+    monkeypatch.setattr(perfect_squares, "absolute", lambda store, value: value)
     problem = problem_of(tmp_path, "ax=0.2:0.6, ay=0.2:0.5, bx=0.1:1, by=-1:-0.2", BETWEEN, "t")
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem).graph, {n: [abs(x) for x in c] for n, c in CORNERS.items()})
@@ -64,6 +64,6 @@ def test_a_root_of_what_is_no_square_keeps_its_condition(
     problem = problem_of(tmp_path, "x=-1:1, y=-1:1", "a = sqrt(x*y)*sqrt(x*y)", "a")
     inputs = {"x": [0.5, -0.5, -0.5], "y": [0.5, -0.5, 0.5]}
     same_where(problem, searched(problem).graph, inputs)
-    monkeypatch.setattr(conditions, "_root_proven", lambda *_: True)
+    monkeypatch.setattr(conditions, "root_proven", lambda *_: True)
     with pytest.raises(AssertionError):
         same_where(problem, searched(problem).graph, inputs)

@@ -9,8 +9,8 @@ import pytest
 from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Value
-from cordicc.rewrite.cheapest import Gate
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.accuracy_gate import AccuracyGate
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.realisations import Realisations
 from cordicc.targets.target import load_target
@@ -219,7 +219,7 @@ POINTS = {"x": np.linspace(1, 2, 50), "y": np.linspace(2, 1.01, 50)}
 def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "x=1:2, y=1:2", "t = x - y\ns = x + y", "t, s")
     bad = problem_of(tmp_path, "x=1:2, y=1:2", "t = (x*10000 + x) - (y + x*10000)\ns = x + y", "t, s")
-    gate = Gate(problem, certain(problem), POINTS)
+    gate = AccuracyGate(problem, certain(problem), POINTS)
     assert gate.less_accurate(certain(problem)) is None
     builder = Builder()
     x, y = builder.input("x"), builder.input("y")
@@ -241,7 +241,7 @@ def test_the_gate_takes_an_output_that_is_0(tmp_path: Path) -> None:
     zero, rounded = (Builder() for _ in range(2))
     x, y = zero.input("x"), zero.input("y")
     nothing = zero.build({"t": zero.emit("sub", (x, x)), "s": zero.emit("add", (x, y))})
-    gate = Gate(problem, nothing, POINTS)
+    gate = AccuracyGate(problem, nothing, POINTS)
     assert gate.less_accurate(nothing) is None
     x, y = rounded.input("x"), rounded.input("y")
     third = rounded.emit("cmul", (x,), (Fraction(1, 3),))
@@ -282,7 +282,7 @@ def test_the_search_ends_with_a_plan(tmp_path: Path, file: str) -> None:
 
 def test_a_ban_leaves_what_the_first_realisation_needs(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "x=-0.5:0.5, y=-0.5:0.5", TWO_LINKS, "q1, q2")
-    realisations = Realisations(problem, Context(input_intervals(problem)), [certain(problem)], COSTS)
+    realisations = Realisations(problem, PassContext(input_intervals(problem)), [certain(problem)], COSTS)
     tried = []
     while (found := realisations.best()) is not None:
         tried.append(found)
@@ -297,7 +297,7 @@ def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
     """The radius as the second result of an equation is not taken again once it is banned."""
     equations = "p = asin((0.3*sin(t) - 0.1)/0.9)\ns = 0.3*cos(t) + 0.9*cos(p)"
     problem = problem_of(tmp_path, "t=-3:3", equations, "p, s")
-    realisations = Realisations(problem, Context(input_intervals(problem)), [certain(problem)], COSTS)
+    realisations = Realisations(problem, PassContext(input_intervals(problem)), [certain(problem)], COSTS)
     first = realisations.best()
     (equation,) = (i for i, node in enumerate(first.graph.nodes) if node.op == "implicit")
     assert Value(equation, 1) in first.graph.used_results()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.rewrite.rules import rotation_chains, sharing, squares
+from cordicc.rewrite.rules import half_sums, product_pairs, squares
 from cordicc.rewrite.search.costs import Costs
 from tests.support.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
@@ -71,8 +71,8 @@ def test_a_sum_of_squares_as_the_square_of_its_root(tmp_path: Path) -> None:
 def test_the_sign_of_the_partner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_of(tmp_path, "a=1:2, b=-2:-1, c=1:3, d=2:3", "p = a*c - b*d\nq = b*c + a*d", "p, q")
     searched(problem)
-    cheaper = sharing.cheaper
-    monkeypatch.setattr(sharing, "cheaper", lambda store, x, y, m: cheaper(store, x, y, -m))
+    cheaper = product_pairs.cheaper
+    monkeypatch.setattr(product_pairs, "cheaper", lambda store, x, y, m: cheaper(store, x, y, -m))
     with pytest.raises(AssertionError):
         searched(problem)
 
@@ -84,7 +84,7 @@ def test_the_part_without_inputs_is_a_number_only_if_the_field_says_so(
     searched(problem)
     monkeypatch.setattr(
         squares.Squares,
-        "_reduced",
+        "reduced",
         lambda self, terms: {m: f for m, f in terms.items() if len(m) < 2 or m[0] != m[1]},
     )
     with pytest.raises(AssertionError):
@@ -102,11 +102,11 @@ def test_preferred_implicit_units_come_before_every_goal(tmp_path: Path) -> None
 def search_with(problem, graph, *, preferred: bool):
     from cordicc.frontend.domain import input_intervals
     from cordicc.rewrite.cheapest import cheapest
-    from cordicc.rewrite.passes.base import Context
+    from cordicc.rewrite.passes.base import PassContext
     from cordicc.targets.target import load_target
 
     costs = Costs.of(load_target("krieger96"), implicit=True, preferred=preferred)
-    return cheapest(problem, graph, Context(input_intervals(problem), "latency"), costs).graph
+    return cheapest(problem, graph, PassContext(input_intervals(problem), "latency"), costs).graph
 
 
 def test_half_sums_of_products_of_three_angles(tmp_path: Path) -> None:
@@ -134,6 +134,6 @@ def test_what_halves_rests_on_its_factors(tmp_path: Path, monkeypatch: pytest.Mo
     equations = "p = cos(a)*cos(b) + 2*sin(a)*sin(b)\nq = cos(a)*sin(b) + 2*sin(a)*cos(b)"
     problem = problem_of(tmp_path, "a=-1:1, b=-1:1", equations, "p, q")
     searched(problem)
-    monkeypatch.setattr(rotation_chains, "_HALF", Fraction(1, 3))
+    monkeypatch.setattr(half_sums, "HALF", Fraction(1, 3))
     with pytest.raises(AssertionError):
         searched(problem)

@@ -6,10 +6,9 @@ import pytest
 
 from cordicc.ir.graph import Builder, Graph, Value
 from cordicc.ir.meaning.enclose import Interval
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.selections import Selections
-
-from .test_rewrite import NAMES, assert_same, build, samples
+from tests.support.pass_graphs import NAMES, assert_same, build, samples
 
 
 def square(b: Builder, v: Value) -> Value:
@@ -62,7 +61,7 @@ def operations(graph: Graph) -> list[str]:
 def test_selections(name: str) -> None:
     make, left = CASES[name]
     graph = build(make)
-    context = Context({each: Interval(-2.0, 2.0) for each in NAMES})
+    context = PassContext({each: Interval(-2.0, 2.0) for each in NAMES})
     made = Selections().apply(graph, context)
     assert sorted(operations(made)) == sorted(left)
     assert_same(graph, samples())

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from cordicc.frontend.domain import check_meaning, input_intervals
+from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import evaluate
 from cordicc.ir.problem import Problem
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import Choice, cheapest
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
 from cordicc.targets.target import load_target
 
@@ -34,7 +35,7 @@ def problem_of(folder: Path, inputs: str, equations: str, outputs: str, rest: st
 
 def certain(problem: Problem, goal: str = "processors", *, implicit: bool = True) -> Graph:
     """Return the realisation of the passes alone."""
-    context = Context(input_intervals(problem), goal)
+    context = PassContext(input_intervals(problem), goal)
     graph = problem.graph
     for step in default_passes(implicit=implicit):
         graph = step.apply(graph, context)
@@ -45,7 +46,7 @@ def searched(problem: Problem, goal: str = "processors", *, implicit: bool = Tru
     """Return what the search makes of a problem, verified and compared with the equations."""
     graph = certain(problem, goal, implicit=implicit)
     costs = Costs.of(KINEMATIC, implicit=implicit)
-    choice = cheapest(problem, graph, Context(input_intervals(problem), goal), costs)
+    choice = cheapest(problem, graph, PassContext(input_intervals(problem), goal), costs)
     verify(choice.graph)
     check_meaning(problem, choice.graph)
     return choice

@@ -3,53 +3,23 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Protocol
 
 from cordicc.ir.graph import Node, Value
-from cordicc.ir.meaning.enclose import Interval
 from cordicc.rewrite.exact.constants import Constants, Rotor
-from cordicc.rewrite.exact.field import Element, TooLarge
+from cordicc.rewrite.exact.field import TooLarge
 from cordicc.rewrite.exact.keys import ElementKey
+from cordicc.rewrite.exact.known_values import KnownValues
 
 _UNITS = ("vector", "implicit", "lightcone")
-
 
 MOST_TURNS = 4
 """The largest multiple of an angle whose cosine and sine are expanded."""
 
 
-class Known(Protocol):
-    """What is known about values."""
-
-    def node(self, value: Value) -> Node:
-        """Return the node that makes a value."""
-        ...
-
-    def find(self, value: Value) -> Value:
-        """Return the representative of the values equal to one."""
-        ...
-
-    def factored(self, value: Value) -> tuple[Fraction, Value]:
-        """Return (k, v) with value = k v, all constant factors in k."""
-        ...
-
-    def range(self, value: Value) -> Interval | None:
-        """Return the enclosure of a value."""
-        ...
-
-    def element(self, value: Value) -> Element | None:
-        """Return a value as an element."""
-        ...
-
-    def reopened(self, index: int) -> bool:
-        """Find the results of a node anew from simpler operands; tell whether they could be made simpler."""
-        ...
-
-
 class Rotors:
     """Finds rotors: cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), of angles."""
 
-    def __init__(self, constants: Constants, known: Known) -> None:
+    def __init__(self, constants: Constants, known: KnownValues) -> None:
         self._constants, self._known = constants, known
         self.field = constants.field
         self.turned: dict[int, tuple[Value, int, int]] = {}
@@ -124,14 +94,14 @@ class Rotors:
             case "wrap" | "guard" if m == 1 or node.op == "guard":
                 return self.rotor(node.operands[0], m)
             case "cmul" | "shift":
-                factor = Fraction(node.params[0]) if node.op == "cmul" else Fraction(2) ** int(node.params[0])
+                factor = node.factor if node.op == "cmul" else Fraction(2) ** int(node.exponent)
                 if factor.denominator == 1 and abs(factor) <= MOST_TURNS:
                     return self._multiple(node.operands[0], int(factor), m)
             case "const":
-                return self._constants.rotor(Fraction(node.params[0]), m)
-            case "vector" if value.result == 1 and node.params[0] == m:
+                return self._constants.rotor(node.number, m)
+            case "vector" if value.result == 1 and node.m == m:
                 return self._vector_rotor(value, node, m)
-            case "implicit" if value.result == 0 and node.params[0] == m:
+            case "implicit" if value.result == 0 and node.m == m:
                 return self._implicit_rotor(value, node, m)
             case "lightcone" if value.result == 1 and m == -1:
                 u, v, root = (self._known.element(x) for x in (*node.operands, Value(value.node)))
@@ -182,12 +152,12 @@ class Rotors:
         if m == -1 and (interval is None or interval.lo <= 0):
             return self._atom(value, m)
         inverse = field.inverse(norm)
-        y = field.scale(Fraction(int(node.params[1])), y)
+        y = field.scale(Fraction(node.sign), y)
         return self.turn(start, (field.mul(x, inverse), field.mul(y, inverse)), m)
 
     def _implicit_rotor(self, value: Value, node: Node, m: int) -> Rotor | None:
         """Return the rotor from B c + A s = C and A c - m B s = -+w, w the second result."""
-        field, branch = self.field, node.params[1]
+        field, branch = self.field, node.branch
         given = [self._known.element(v) for v in node.operands]
         w = self._known.element(Value(value.node, 1))
         A, B, C = given

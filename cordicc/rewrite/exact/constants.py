@@ -9,8 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from cordicc.ir.meaning.exact import PI, fold
-from cordicc.rewrite.exact.field import Element, Field, rational
-from cordicc.rewrite.exact.roots import square_root_of
+from cordicc.rewrite.exact.field import Element, Field, rational, square_root_of
 
 Rotor = tuple[Element, Element]
 

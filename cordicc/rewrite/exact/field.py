@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import isqrt
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
@@ -23,7 +24,6 @@ from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from cordicc.rewrite.exact.denominators import Denominators, Powers
 from cordicc.rewrite.exact.half_angles import HalfAngles
 from cordicc.rewrite.exact.keys import ElementKey, Key
-from cordicc.rewrite.exact.roots import square_root_of
 
 Poly = Any
 """A polynomial of python-flint, `fmpq_mpoly`."""
@@ -31,13 +31,13 @@ Poly = Any
 Factors = tuple[Any, list[tuple[Poly, int]]]
 """A constant, and polynomials with their exponents."""
 
-_TERMS = 4_000
+MOST_TERMS = 4_000
 """Terms of a numerator and a denominator together; larger elements are given up."""
 
 _PRODUCT = 100_000
 """Products of terms in one multiplication."""
 
-_REDUCED = 2 * _TERMS
+_REDUCED = 2 * MOST_TERMS
 """Terms of a polynomial whose squares of roots are still written out."""
 
 _SHORT = 16
@@ -89,6 +89,15 @@ class Element:
 def rational(number: Any) -> Fraction:
     """Return a number of python-flint as a Fraction."""
     return Fraction(int(number.numerator), int(number.denominator))
+
+
+def square_root_of(number: Fraction) -> Fraction | None:
+    """Return the root of a number that is the square of a rational, else None."""
+    if number < 0:
+        return None
+    above, below = isqrt(number.numerator), isqrt(number.denominator)
+    exact = above * above == number.numerator and below * below == number.denominator
+    return Fraction(above, below) if exact else None
 
 
 def _flint(number: Fraction) -> Any:
@@ -257,7 +266,7 @@ class Field:
         den = self._denominators.product(powers)
         lead = num.leading_coefficient()
         bits = int(lead.numerator).bit_length() + int(lead.denominator).bit_length()
-        if len(num) + len(den) > _TERMS or bits > _BITS:
+        if len(num) + len(den) > MOST_TERMS or bits > _BITS:
             raise TooLarge
         return Element(num, den, powers)
 

@@ -1,94 +1,27 @@
-"""What values are made of: sums of squares, long parts, square roots."""
+"""Square roots: what units take the root of, and the roots as elements of the field."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Protocol
 
-from cordicc.ir.graph import Node, Param, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, rational
-from cordicc.rewrite.exact.roots import square_root_of
-
-_LONG = 8
-"""Terms of the longest elements that are not worth a generator of their own."""
-
-_LINEAR = ("add", "sub", "neg", "cmul", "shift")
+from cordicc.ir.graph import Node
+from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, TooLarge, rational, square_root_of
+from cordicc.rewrite.exact.known_values import KnownValues
 
 
-class Enclosed(Protocol):
-    """What values are made by, and their ranges."""
-
-    def node(self, value: Value) -> Node:
-        """Return the node that makes a value."""
-        ...
-
-    def range(self, value: Value) -> Interval | None:
-        """Return the enclosure of a value."""
-        ...
-
-
-class Known(Enclosed, Protocol):
-    """What is known about values."""
-
-    field: Field
-
-    def element(self, value: Value) -> Element | None:
-        """Return a value as an element."""
-        ...
-
-    def poly_sign(self, poly: Poly) -> int:
-        """Return the sign of a polynomial."""
-        ...
-
-
-def is_square_sum(known: Enclosed, value: Value, depth: int) -> bool:
-    """Tell whether a value is a sum of squares and of values that are never negative."""
-    node, interval = known.node(value), known.range(value)
-    if depth == 0 or (interval is not None and interval.lo >= 0):
-        return depth > 0
-    if node.op == "mul" and node.operands[0] == node.operands[1]:
-        return True
-    if node.op == "cmul" and Fraction(node.params[0]) < 0:
-        return False
-    if node.op in ("add", "mul", "cmul", "shift"):
-        return all(is_square_sum(known, v, depth - 1) for v in node.operands)
-    return node.op == "abs"
-
-
-def long_parts(known: Known, index: int) -> set[Value]:
-    """Return long factors of products that a node adds up, or its long operands."""
-
-    def is_long(value: Value) -> bool:
-        element = known.element(value)
-        return element is not None and len(element.num) + len(element.den) > _LONG
-
-    node = known.node(Value(index))
-    found: set[Value] = set()
-    todo = [Value(index)] if node.op in (*_LINEAR, "mul") else list(node.operands)
-    while todo:
-        inner = known.node(todo.pop())
-        if inner.op in _LINEAR:
-            todo += inner.operands
-        elif inner.op == "mul":
-            todo += [v for v in inner.operands if known.node(v).op == "mul"]
-            found |= {v for v in inner.operands if known.node(v).op != "mul" and is_long(v)}
-    return found or {v for v in node.operands if is_long(v)}
-
-
-def under_root(field: Field, op: str, params: Sequence[Param], operands: Sequence[Element]) -> Element:
+def under_root(field: Field, node: Node, operands: Sequence[Element]) -> Element:
     """Return the square of the root that a unit takes: of vectorings the norm, of equations the rest."""
-    if op == "lightcone":
+    if node.op == "lightcone":
         return field.mul(*operands[:2])
-    m = Fraction(params[0])
-    squares = [field.mul(e, e) for e in operands[: 3 if op == "implicit" else 2]]
-    if op == "implicit":
+    m = Fraction(node.m)
+    squares = [field.mul(e, e) for e in operands[: 3 if node.op == "implicit" else 2]]
+    if node.op == "implicit":
         return field.add(squares[0], field.scale(m, field.sub(squares[1], squares[2])))
     return field.add(squares[0], field.scale(m, squares[1]))
 
 
-def square_root(known: Known, radicand: Element) -> Element:
+def square_root(known: KnownValues, radicand: Element) -> Element:
     """Return the non-negative root: squares of known sign leave it, the rest becomes a generator."""
     field = known.field
     if radicand.is_zero:

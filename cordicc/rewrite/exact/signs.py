@@ -1,9 +1,11 @@
-"""Signs of polynomials: of those that are known, of products of them, and of square roots."""
+"""Signs: of polynomials that are known, of products of them, of square roots, and of sums of squares."""
 
 from __future__ import annotations
 
+from cordicc.ir.graph import Value
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, monic
 from cordicc.rewrite.exact.keys import Key
+from cordicc.rewrite.exact.known_values import EnclosedValues
 
 
 class Signs:
@@ -60,3 +62,17 @@ class Signs:
         if key in self._facts:
             self._field.touched.add(self._facts[key])
         return self._field.definite.get(key, 0) or self._known.get(key, 0)
+
+
+def is_square_sum(known: EnclosedValues, value: Value, depth: int) -> bool:
+    """Tell whether a value is a sum of squares and of values that are never negative."""
+    node, interval = known.node(value), known.range(value)
+    if depth == 0 or (interval is not None and interval.lo >= 0):
+        return depth > 0
+    if node.op == "mul" and node.operands[0] == node.operands[1]:
+        return True
+    if node.op == "cmul" and node.factor < 0:
+        return False
+    if node.op in ("add", "mul", "cmul", "shift"):
+        return all(is_square_sum(known, v, depth - 1) for v in node.operands)
+    return node.op == "abs"

@@ -7,7 +7,8 @@ its cosine and sine (m = 1), or hyperbolic cosine and sine (m = -1), as elements
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 
 import numpy as np
@@ -19,11 +20,11 @@ from cordicc.ir.meaning.roundings import errors
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.exact.angle_rotors import Rotors
 from cordicc.rewrite.exact.constants import Constants
-from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge, monic
+from cordicc.rewrite.exact.elements import ElementFinder, long_parts
+from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge
 from cordicc.rewrite.exact.keys import ElementKey
 from cordicc.rewrite.exact.polynomials import Polynomials
-from cordicc.rewrite.exact.radicands import is_square_sum, long_parts, square_root, under_root
-from cordicc.rewrite.exact.signs import Signs
+from cordicc.rewrite.exact.signs import Signs, is_square_sum
 from cordicc.rewrite.numeric import Floats, results
 
 _CLEARLY = 1e-6
@@ -45,12 +46,11 @@ class Store:
         self._numbers: list[tuple[Floats, ...]] = []
         self._errors: list[tuple[Floats, ...]] = []
         self._elements: list[tuple[Element | None, ...]] = []
-        self._sign_elements: dict[str, Element] = {}
         self._signs = Signs(field)
         self.polynomials = Polynomials()
-        self._generator_values: dict[int, Value] = {}
         self.constants = Constants(field)
         self.rotors = Rotors(self.constants, self)
+        self._finder = ElementFinder(self.constants, self.rotors, self._signs, self)
         self._parent: dict[Value, Value] = {}
         self._by_key: dict[ElementKey, Value] = {}
         self._by_shape: dict[object, Value] = {}
@@ -72,6 +72,16 @@ class Store:
             self._annotate(index)
             self.rests[index] = frozenset(self.field.touched)
         return made
+
+    @contextmanager
+    def explained(self, step: str) -> Iterator[None]:
+        """Explain new operations by a further step, besides `reason`."""
+        before = self.reason
+        self.reason = (*before, step)
+        try:
+            yield
+        finally:
+            self.reason = before
 
     def begin(self, origin: str) -> None:
         """Start on what an equation asks for; facts that are used from here on are those of its nodes."""
@@ -131,7 +141,7 @@ class Store:
         if index in self.rotors.turned:
             angle, m, result = self.rotors.turned[index]
             return self.make("rotate", (self.const(1), self.const(0), angle), (m,))[result]
-        return self._generator_values.get(index, self.constants.values.get(index))
+        return self._finder.values.get(index, self.constants.values.get(index))
 
     # -- equality ---------------------------------------------------------------------------------
 
@@ -208,7 +218,7 @@ class Store:
         node = self.algebra.nodes[index]
         width = len(node.definition.results)
         if node.op == "input":
-            name = str(node.params[0])
+            name = node.name
             self._ranges.append((self._inputs[name],))
             self._numbers.append((self._samples[name],))
             self._errors.append((np.abs(self._samples[name]),))
@@ -234,7 +244,7 @@ class Store:
         while True:
             self._elements[index] = (None,) * len(node.definition.results)
             try:
-                self._elements[index] = self._element(index, node)
+                self._elements[index] = self._finder.elements(index)
             except TooLarge:
                 if self.simplified(index):
                     continue
@@ -252,7 +262,7 @@ class Store:
         for value in values:
             self.opaque_left -= 1
             made = list(self._elements[value.node])
-            made[value.result] = self._opaque.setdefault(self.find(value), self._new_free(value))
+            made[value.result] = self._opaque.setdefault(self.find(value), self._finder.free(value))
             self._opaque_generators |= set(self.field.generators(self._opaque[self.find(value)].num))
             self._elements[value.node] = tuple(made)
         for later in range(min(changed, default=index), index):
@@ -289,88 +299,3 @@ class Store:
         poly = self.field.display(element)
         if poly is not None:
             self.polynomials.register(value, poly)
-
-    def _element(self, index: int, node: Node) -> tuple[Element | None, ...]:
-        field = self.field
-        width = len(node.definition.results)
-        if node.op == "input":
-            return (self._new_free(Value(index)),)
-        if node.op == "const":
-            return (self.constants.number(Fraction(node.params[0])),)
-        if node.op in ("min", "max", "select", "sign"):
-            return (self._new_free(Value(index)),)
-        given = [self.element(v) for v in node.operands]
-        if node.op == "rotate" and node.params[0] != 0:
-            m = int(node.params[0])
-            rotor = self.rotors.rotor(node.operands[2], m)
-            if given[0] is None or given[1] is None or rotor is None:
-                return (None, None)
-            return self.rotors.turn((given[0], given[1]), rotor, m)
-        if node.op == "vector" and node.params[0] != 0:
-            given[2] = field.number(Fraction(0))
-        operands = [e for e in given if e is not None]
-        if len(operands) < len(given):
-            return (None,) * width
-        match node.op:
-            case "add":
-                return (field.add(*operands),)
-            case "sub":
-                return (field.sub(*operands),)
-            case "mul":
-                return (field.mul(*operands),)
-            case "cmul":
-                return (field.mul(self.constants.number(Fraction(node.params[0])), operands[0]),)
-            case "shift":
-                exponent = Fraction(node.params[0])
-                if exponent.denominator != 1:
-                    return (None,)
-                return (field.scale(Fraction(2) ** int(exponent), operands[0]),)
-            case "neg":
-                return (field.scale(Fraction(-1), operands[0]),)
-            case "abs":
-                return (field.mul(self._sign_element(node.operands[0]), operands[0]),)
-            case "flip":
-                return (field.mul(self._sign_element(node.operands[1]), operands[0]),)
-            case "guard":
-                return (operands[0],)
-            case "vector":
-                return self._vector_elements(node, operands)
-            case "rotate":
-                x, y, z = operands
-                return x, field.add(y, field.mul(x, z))
-            case "lightcone":
-                return square_root(self, under_root(field, node.op, node.params, operands)), None
-            case "implicit":
-                return None, square_root(self, under_root(field, node.op, node.params, operands))
-        return (None,) * width
-
-    def _new_free(self, value: Value) -> Element:
-        index = self.field.free()
-        self._generator_values[index] = value
-        return Element(self.field.generator(index), self.field.one)
-
-    def _vector_elements(self, node: Node, operands: Sequence[Element]) -> tuple[Element | None, ...]:
-        field, (x, y, z) = self.field, operands
-        m, sign = (int(p) for p in node.params)
-        if m == 0:
-            quotient = field.div(y, x)
-            return x, field.add(z, field.scale(Fraction(sign), quotient))
-        squares = under_root(field, node.op, node.params, operands)
-        if m == 1:
-            self._signs.know(squares, 1)
-        return square_root(self, squares), None
-
-    def _sign_element(self, value: Value) -> Element:
-        """Return 1 or -1 where the sign is known, else a generator with square 1."""
-        interval = self.range(value)
-        if interval is not None and interval.lo >= 0:
-            return self.field.number(Fraction(1))
-        if interval is not None and interval.hi < 0:
-            return self.field.number(Fraction(-1))
-        element = self.element(value)
-        assert element is not None
-        factor, base = monic(element.num)
-        key = f"{factor > 0}{base}/{element.den}"
-        if key not in self._sign_elements:
-            self._sign_elements[key] = Element(self.field.generator(self.field.sign()), self.field.one)
-        return self._sign_elements[key]

@@ -16,7 +16,7 @@ Ranges = Sequence[tuple[Interval | None, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Context:
+class PassContext:
     """What a pass may rest on besides the graph: the range of each input and the user's goal.
 
     `floating`: numbers have exponents, so that large values do not cost small ones their digits.
@@ -41,7 +41,7 @@ class Pass(Protocol):
         """The name for `--print-after`."""
         ...
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the rewritten graph."""
         ...
 
@@ -62,10 +62,10 @@ class Site:
         return self.results[old.node][old.result]
 
 
-Rule = Callable[[Site], "tuple[Value, ...] | None"]
+NodeRule = Callable[[Site], "tuple[Value, ...] | None"]
 
 
-def transform(graph: Graph, rule: Rule) -> Graph:
+def transform(graph: Graph, rule: NodeRule) -> Graph:
     """Rebuild a graph node by node.
 
     `rule` returns the new results of an operation, or None to copy it, simplified by the algebra.

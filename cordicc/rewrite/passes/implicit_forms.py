@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.passes.base import Context, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Site, transform
 from cordicc.rewrite.passes.ratio import denominator, positive_ratio, ratio
 
 
@@ -19,7 +19,7 @@ class ImplicitForms:
 
     name: str = "implicit-forms"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph with implicit operations."""
         ranges = context.ranges(graph)
 

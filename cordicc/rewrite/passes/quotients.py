@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.passes.base import Context, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Site, transform
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,7 +14,7 @@ class Quotients:
 
     name: str = "quotients"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph without functions."""
 
         def rule(site: Site) -> tuple[Value, ...] | None:

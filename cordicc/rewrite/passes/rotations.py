@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.passes.base import Context, Ranges, Rule, Site, transform
+from cordicc.rewrite.passes.base import NodeRule, PassContext, Ranges, Site, transform
 
 _SATURATION = 20
 _FIXED_LARGE = 4
@@ -19,7 +19,7 @@ _COORDINATES = {"cos": 1, "sin": 1, "cosh": -1, "sinh": -1}
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class TrigonometricTerm:
     """factor * coefficient * cos t (or sin t), as found in the old graph; coefficient None is 1."""
 
     angle: Value
@@ -30,13 +30,13 @@ class Term:
 
 
 Component = tuple[Fraction, Value | None]
-"""factor and coefficient, as in `Term`; factor 0 for an absent component."""
+"""factor and coefficient, as in `TrigonometricTerm`; factor 0 for an absent component."""
 
 _ABSENT: Component = (Fraction(0), None)
 
 
 @dataclass(frozen=True, slots=True)
-class Turned:
+class RotationResult:
     """sign times one result of the rotation of (x, y)."""
 
     x: Component
@@ -45,7 +45,7 @@ class Turned:
     sign: int
 
     @classmethod
-    def of(cls, cosine: Component, sine: Component, m: int) -> Turned:
+    def of(cls, cosine: Component, sine: Component, m: int) -> RotationResult:
         """Return c cos t + s sin t as a result of a rotation by t.
 
         It is the first result for (c, -m s) and the second for (s, c).  Both results of one vector
@@ -67,7 +67,7 @@ def _order(component: Component) -> tuple[bool, Value, Fraction]:
     return (factor == 0, coefficient or Value(-1), abs(factor))
 
 
-Uses = dict[Value, Turned]
+Uses = dict[Value, RotationResult]
 """What is made of the cosine and sine of one angle: value of the old graph -> rotation result."""
 
 
@@ -82,10 +82,10 @@ class Rotations:
 
     name: str = "rotations"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph with rotations."""
         graph = transform(graph, _quotients(context.ranges(graph), floating=context.floating))
-        chosen: dict[Value, tuple[Value, int, Turned]] = {}
+        chosen: dict[Value, tuple[Value, int, RotationResult]] = {}
         for (angle, m), uses in _collect(graph).items():
             if len({turned.vector() for turned in uses.values()}) == 1 or context.goal == "latency":
                 chosen |= {value: (angle, m, turned) for value, turned in uses.items()}
@@ -106,7 +106,7 @@ class Rotations:
         return transform(graph, rule)
 
 
-def _quotients(ranges: Ranges, *, floating: bool) -> Rule:
+def _quotients(ranges: Ranges, *, floating: bool) -> NodeRule:
     """Return the rule that writes tan and tanh, and sinh/cosh, as quotients of bounded numbers.
 
     Beyond +-20 tanh is +-1 within 2^-56, so its argument is held there before cosh can overflow.  On fixed
@@ -159,7 +159,7 @@ def _bounded_tanh(builder: Algebra, angle: Value) -> Value:
     return builder.apply("flip", (quotient, angle))[0]
 
 
-def _term(graph: Graph, value: Value) -> Term | None:
+def _term(graph: Graph, value: Value) -> TrigonometricTerm | None:
     """Return the value as a product with one sine or cosine, if it is one."""
     factor, value = factored(graph.nodes, value)
     node = graph.node(value)
@@ -172,7 +172,9 @@ def _term(graph: Graph, value: Value) -> Term | None:
         node = graph.node(node.operands[trig.index(True)])
     if node.op not in _COORDINATES:
         return None
-    return Term(node.operands[0], _COORDINATES[node.op], node.op.startswith("sin"), factor, coefficient)
+    return TrigonometricTerm(
+        node.operands[0], _COORDINATES[node.op], node.op.startswith("sin"), factor, coefficient
+    )
 
 
 def _collect(graph: Graph) -> dict[tuple[Value, int], Uses]:
@@ -192,7 +194,7 @@ def _collect(graph: Graph) -> dict[tuple[Value, int], Uses]:
                 continue
             sign = -1 if node.op == "sub" else 1
             parts = {a.is_sine: (a.factor, a.coefficient), b.is_sine: (sign * b.factor, b.coefficient)}
-            uses[a.angle, a.m][Value(index)] = Turned.of(parts[False], parts[True], a.m)
+            uses[a.angle, a.m][Value(index)] = RotationResult.of(parts[False], parts[True], a.m)
             absorbed[a.angle, a.m].add(index)
             continue
         term = _term(graph, Value(index))
@@ -202,12 +204,12 @@ def _collect(graph: Graph) -> dict[tuple[Value, int], Uses]:
         if index in wanted or any(user not in absorbed[key] for user in users[index]):
             component = (term.factor, term.coefficient)
             pair = (_ABSENT, component) if term.is_sine else (component, _ABSENT)
-            uses[key][Value(index)] = Turned.of(*pair, term.m)
+            uses[key][Value(index)] = RotationResult.of(*pair, term.m)
         absorbed[key].add(index)
     return uses
 
 
-def _rotated(site: Site, angle: Value, m: int, turned: Turned) -> Value:
+def _rotated(site: Site, angle: Value, m: int, turned: RotationResult) -> Value:
     """Build the rotation and return the result with its sign."""
     builder = site.builder
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.enclose import Interval
-from cordicc.rewrite.exact.radicands import is_square_sum
-from cordicc.rewrite.passes.base import Context, Ranges, Site, transform
+from cordicc.rewrite.exact.signs import is_square_sum
+from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 
 _DEPTH = 8
 
@@ -34,7 +34,7 @@ class Selections:
 
     name: str = "selections"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph without selections that are decided."""
         known = _Enclosed(graph, context.ranges(graph))
 
@@ -60,5 +60,5 @@ class Selections:
 
 def _same_domain(a: Node, b: Node) -> bool:
     """Tell whether two nodes are the two solutions of one equation, which exist together."""
-    solutions = a.op == b.op == "solve" and {a.params[1], b.params[1]} <= {"+", "-"}
-    return solutions and a.params[0] == b.params[0] and a.operands == b.operands
+    solutions = a.op == b.op == "solve" and {a.branch, b.branch} <= {"+", "-"}
+    return solutions and a.m == b.m and a.operands == b.operands

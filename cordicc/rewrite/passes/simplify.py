@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph
-from cordicc.rewrite.passes.base import Context, transform
+from cordicc.rewrite.passes.base import PassContext, transform
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +14,6 @@ class Simplify:
 
     name: str = "simplify"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the simplified graph."""
         return transform(graph, lambda site: None)

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.passes.base import Context, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Site, transform
 
 _SMALL = 2
 """The largest |sinh t| for which t is taken from an area tangent: there sinh t cosh t < 5."""
@@ -23,7 +23,7 @@ class StandardChains:
 
     name: str = "standard-chains"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph without implicit operations."""
         ranges = context.ranges(graph)
 
@@ -42,13 +42,13 @@ class StandardChains:
         def rule(site: Site) -> tuple[Value, ...] | None:
             if site.node.op != "implicit":
                 return None
-            m, branch = site.node.params
+            m, branch = site.node.m, site.node.branch
             if m == -1 and site.builder.constant(site.operands[1]) == 0 and small(site):
                 return _small_area_sine(site.builder, site.operands[0], site.operands[2])
             if m == -1:
-                return _hyperbolic(site.builder, str(branch), *site.operands)
+                return _hyperbolic(site.builder, branch, *site.operands)
             A, B, C = site.operands
-            return _circular(site.builder, str(branch), (A, positive(site, 0)), (B, positive(site, 1)), C)
+            return circular_chain(site.builder, branch, (A, positive(site, 0)), (B, positive(site, 1)), C)
 
         return transform(graph, rule)
 
@@ -59,7 +59,7 @@ def _vector(
     return builder.apply("vector", (x, y, builder.const(0) if z is None else z), (m, sign))
 
 
-def _circular(
+def circular_chain(
     builder: Algebra, branch: str, sine: tuple[Value, bool], cosine: tuple[Value, bool], C: Value
 ) -> tuple[Value, ...]:
     """Return angle and rest; the coefficients A and B come with whether they cannot be negative."""

@@ -9,7 +9,7 @@ from cordicc.ir.graph import Graph, Node, Value, factored
 from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.algebra import Algebra
-from cordicc.rewrite.passes.base import Context, Ranges, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 from cordicc.rewrite.passes.ratio import denominator, positive_ratio, ratio
 
 
@@ -24,7 +24,7 @@ class Vectorings:
 
     name: str = "vectorings"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph with vectorings."""
         ranges = context.ranges(graph)
         angles = _angles(graph)

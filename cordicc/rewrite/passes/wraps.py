@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.passes.base import Context, Site, transform
+from cordicc.rewrite.passes.base import PassContext, Site, transform
 
 PRINCIPAL = ("atan2", "acos", "asin", "atan", "solve_pair")
 INSIDE = 3.1415
@@ -21,7 +21,7 @@ class DropWraps:
 
     name: str = "drop-wraps"
 
-    def apply(self, graph: Graph, context: Context) -> Graph:
+    def apply(self, graph: Graph, context: PassContext) -> Graph:
         """Return the graph with needless wraps gone."""
         ranges = context.ranges(graph)
 

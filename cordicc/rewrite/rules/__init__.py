@@ -1,1 +1,1 @@
-"""Alternatives of the search, one rule or family of rules a file."""
+"""Rules that add alternatives to what is there: one or a family a file, their list in `catalogue`."""

@@ -13,10 +13,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cordicc.ir.graph import Value
+from cordicc.ir.graph import Graph, Value
+from cordicc.rewrite.exact.demands import nonzero_factors, proven
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Poly, TooLarge, monic
-from cordicc.rewrite.exact.keys import ElementKey
+from cordicc.rewrite.exact.keys import ElementKey, Key
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.angles import SUMS, angles_of, is_angle
+from cordicc.rewrite.rules.named_polynomials import name_of, text_of
+from cordicc.rewrite.rules.rule import Given, Need, Rule
+from cordicc.rewrite.rules.synthesis import Synthesis
 
 _SHORT = 24
 """Terms of an equation, or of the components of a vector, that count as short."""
@@ -38,7 +43,7 @@ def squared_lengths(store: Store) -> list[Element]:
     """Return the squares of the lengths of the vectors that circular units take, short and not constant."""
     found: dict[ElementKey, Element] = {}
     for node in store.algebra.nodes:
-        if node.op not in ("vector", "implicit") or node.params[0] != 1:
+        if node.op not in ("vector", "implicit") or node.m != 1:
             continue
         x, y = (store.element(v) for v in node.operands[:2])
         if x is None or y is None or max(len(x.num) + len(x.den), len(y.num) + len(y.den)) > _SHORT:
@@ -86,7 +91,7 @@ def _circle(
         return None
     C = field.times(q1, p0) - field.times(p1, q0)
     if len(A) + len(B) + len(C) > _SHORT:
-        A, B, C = _shortest(store, (A, B, C), common, lengths)
+        A, B, C = shortest(store, (A, B, C), common, lengths)
     factor = A.gcd(B).gcd(C)
     if not factor.is_constant():
         sign = store.poly_sign(factor)
@@ -108,7 +113,7 @@ def _circle(
     return Circle(root, A * unit, B * unit, C * unit)
 
 
-def _shortest(
+def shortest(
     store: Store, equation: tuple[Poly, Poly, Poly], common: Poly, lengths: Sequence[Element]
 ) -> tuple[Poly, Poly, Poly]:
     """Return an equation times d^2 as one times a square of a length, if that is shorter.
@@ -159,3 +164,81 @@ def realise(store: Store, A: Value, B: Value, C: Value) -> tuple[Value, ...]:
     if store.constant(B) == 0 and sign_A is not None and sign_A.hi < 0:
         return store.make("implicit", (minus(A), zero, minus(C)), (1, "-"))
     return store.make("implicit", (A, B, C), (1, "+"))
+
+
+def _add_circles(given: Given) -> None:
+    """Add the circle equation of each angle and of each sum of angles, where its vector is never 0.
+
+    Sums are those of the first realisation.
+    """
+    store, graph, moved = given.store, given.graphs[0], given.moved[0]
+    angles = angles_of(store)
+    synthesis = Synthesis(store)
+    sums = [v for results in moved for v in results if store.node(v).op in SUMS and is_angle(store, v)]
+    known = _kept_from_zero(store, graph, moved)
+    lengths = squared_lengths(store)
+    for angle in dict.fromkeys((*angles, *sums)):
+        store.begin(store.node(angle).origin)
+        for circle in circles(store, angle, lengths):
+            CIRCLES.tell_of(store, angle, circle)
+            try:
+                values = [synthesis.polynomial(p) for p in (circle.A, circle.B, circle.C)]
+                factors = nonzero_factors(store, values[:2])
+                nonzero = proven(store, "implicit", values)[0]
+                if not nonzero and (factors is None or not factors <= known):
+                    continue
+                made = realise(store, *values)
+            except TooLarge:
+                continue
+            store.rotors.rotor(made[0])
+
+
+def _kept_from_zero(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> frozenset[Key]:
+    """Return the polynomials that the conditions of a graph keep away from 0."""
+    found: frozenset[Key] = frozenset()
+    used = graph.used_results()
+    for index in graph.live():
+        node = graph.nodes[index]
+        if node.op in ("vector", "implicit") and node.m == 1:
+            if node.op == "vector" and Value(index, 1) not in used:
+                continue
+            found |= (
+                nonzero_factors(store, [moved[v.node][v.result] for v in node.operands[:2]]) or frozenset()
+            )
+    return found
+
+
+def _formulas(store: Store, angle: Value, circle: Circle) -> tuple[str, ...]:
+    """Return how an angle got its own circle equation."""
+    name = name_of(store, angle)
+    root = f"w{circle.root}"
+    A, B, C = (text_of(store, p) for p in (circle.A, circle.B, circle.C))
+    radicand = store.field.display(Element(store.field.radicands[circle.root], store.field.one))
+    known = "" if radicand is None else f" `{root} = sqrt({text_of(store, radicand)})`"
+    return (
+        f"the root{known} is in `cos({name}) = c0 + c1*{root}` and in `sin({name}) = s0 + s1*{root}`, "
+        f"but not in `s1*cos({name}) - c1*sin({name}) = s1*c0 - c1*s0`",
+        f"hence `{_linear(B, f'cos({name})', A, f'sin({name})')} = {C}`, branch +, "
+        f"and the second result is a multiple of `{root}`",
+    )
+
+
+def _linear(first: str, u: str, second: str, v: str) -> str:
+    """Return `first*u + second*v`."""
+    terms = [_multiple(factor, of) for factor, of in ((first, u), (second, v)) if factor != "0"]
+    return " + ".join(terms).replace("+ -", "- ")
+
+
+def _multiple(factor: str, of: str) -> str:
+    if factor in ("1", "-1"):
+        return factor.removesuffix("1") + of
+    return f"({factor})*{of}" if " " in factor else f"{factor}*{of}"
+
+
+CIRCLES = Rule(
+    name="circle equations",
+    mathematics="s1 cos t - c1 sin t = s1 c0 - c1 s0 for cos t = c0 + c1 r, sin t = s0 + s1 r, r = sqrt(D)",
+    apply=_add_circles,
+    needs=frozenset({Need.GRAPHS}),
+    formulas=_formulas,
+)

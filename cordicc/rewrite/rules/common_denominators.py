@@ -11,23 +11,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 
-from cordicc.ir.graph import Value
+from cordicc.ir.graph import Node, Value
 from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.exact.field import TooLarge
 from cordicc.rewrite.exact.keys import RotorKey
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.angles import angles_of, is_angle
 from cordicc.rewrite.rules.products import turned
+from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 _MOST = 8
 """Denominators of one value."""
-
-
-_REASONS = {
-    "vector": ("both arguments multiplied by their positive common denominator: the angle stays",),
-    "implicit": ("`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",),
-    "rotate": ("cosine and sine of the angle as fractions of what its unit yields: no rotation",),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +73,7 @@ class Lifting:
         if not ratio.dens:
             return
         store.begin(store.node(value).origin)
-        store.reason = ("one quotient, by the product of all denominators",)
+        COMMON_DENOMINATORS.tell(store, "quotient")
         below = ratio.dens[0]
         for den in ratio.dens[1:]:
             below = store.mul(below, den)
@@ -164,9 +160,9 @@ class Lifting:
         plain = tuple(Ratio(Value(value.node, i)) for i in range(len(node.definition.results)))
         operands = [self._done[v] for v in node.operands]
         store.begin(node.origin)
-        store.reason = _REASONS.get(node.op, ("taken over the common positive denominator",))
+        COMMON_DENOMINATORS.tell(store, node.op if node.op in COMMON_DENOMINATORS.cases else "")
         try:
-            made = self._lifted(node.op, node.params, node.operands, operands)
+            made = self._lifted(node, operands)
         except (TooLarge, ZeroDivisionError):
             made = None
         if made is None:
@@ -176,34 +172,33 @@ class Lifting:
                 store.union(Value(value.node, result), ratio.num)
         return made
 
-    def _lifted(
-        self, op: str, params: Sequence[object], values: Sequence[Value], operands: Sequence[Ratio]
-    ) -> tuple[Ratio, ...] | None:
-        store = self.store
-        match op:
+    def _lifted(self, node: Node, operands: Sequence[Ratio]) -> tuple[Ratio, ...] | None:
+        """Return the results of an operation, whose operands became fractions, as fractions."""
+        store, values, params = self.store, node.operands, node.params
+        match node.op:
             case "add" | "sub":
-                return (self._sum(operands[0], operands[1], 1 if op == "add" else -1),)
+                return (self._sum(operands[0], operands[1], 1 if node.op == "add" else -1),)
             case "mul":
                 return (self._product(operands[0], operands[1]),)
             case "neg" | "cmul" | "shift" | "abs":
                 inner = operands[0]
-                return (Ratio(store.make(op, (inner.num,), params)[0], inner.dens),)  # type: ignore[arg-type]
+                return (Ratio(store.make(node.op, (inner.num,), params)[0], inner.dens),)
             case "flip":
                 inner = operands[0]
                 return (Ratio(store.make("flip", (inner.num, operands[1].num))[0], inner.dens),)
-            case "rotate" if params[0] == 1 and values[2] in self._angles:
+            case "rotate" if node.m == 1 and values[2] in self._angles:
                 return self._turned((operands[0], operands[1]), self.rotor(values[2]))
-            case "rotate" if params[0] != 0:
+            case "rotate" if node.m != 0:
                 (p, q), dens = self.common(operands[:2])
-                made = store.make("rotate", (p, q, self._plain(operands[2], values[2])), params)  # type: ignore[arg-type]
+                made = store.make("rotate", (p, q, self._plain(operands[2], values[2])), params)
                 return tuple(Ratio(v, dens) for v in made)
-            case "vector" if params[0] == 0:
+            case "vector" if node.m == 0:
                 if store.constant(values[2]) != 0:
                     return None
                 return operands[0], self._quotient(operands[1], operands[0])
             case "vector":
                 (p, q), dens = self.common(operands[:2])
-                norm, angle = store.make("vector", (p, q, self._plain(operands[2], values[2])), params)  # type: ignore[arg-type]
+                norm, angle = store.make("vector", (p, q, self._plain(operands[2], values[2])), params)
                 return Ratio(norm, dens), Ratio(angle)
             case "lightcone":
                 (u, v), dens = self.common(operands)
@@ -211,7 +206,7 @@ class Lifting:
                 return Ratio(root, dens), Ratio(angle)
             case "implicit":
                 (A, B, C), dens = self.common(operands)
-                angle, rest = store.make("implicit", (A, B, C), params)  # type: ignore[arg-type]
+                angle, rest = store.make("implicit", (A, B, C), params)
                 return Ratio(angle), Ratio(rest, dens)
         return None
 
@@ -249,13 +244,13 @@ class Lifting:
             case "wrap" | "guard":
                 return self.rotor(node.operands[0])
             case "const":
-                number = Fraction(node.params[0])
+                number = node.number
                 return Ratio(store.const(fold("cos", (), (number,)))), Ratio(
                     store.const(fold("sin", (), (number,)))
                 )
-            case "vector" if node.params[0] == 1 and angle.result == 1:
+            case "vector" if node.m == 1 and angle.result == 1:
                 return self._vectored(angle)
-            case "implicit" if node.params[0] == 1 and angle.result == 0:
+            case "implicit" if node.m == 1 and angle.result == 0:
                 return self._implicit(angle)
         made = store.make("rotate", (store.const(1), store.const(0), angle), (1,))
         return Ratio(made[0]), Ratio(made[1])
@@ -284,7 +279,7 @@ class Lifting:
         start = node.operands[2]
         (x, y), _ = self.common([self._done[v] for v in node.operands[:2]])
         norm = store.make("vector", (x, y, self._plain(self._done[start], start)), node.params)[0]
-        own = Ratio(x, (norm,)), Ratio(store.scale(Fraction(int(node.params[1])), y), (norm,))
+        own = Ratio(x, (norm,)), Ratio(store.scale(Fraction(node.sign), y), (norm,))
         return own if store.constant(start) == 0 else self._turned(self.rotor(start), own)
 
     def _implicit(self, angle: Value) -> tuple[Ratio, Ratio]:
@@ -293,7 +288,7 @@ class Lifting:
         self.lift(angle)
         (A, B, C), _ = self.common([self._done[v] for v in node.operands])
         w = store.make("implicit", (A, B, C), node.params)[1]
-        w = w if node.params[1] == "-" else store.scale(Fraction(-1), w)
+        w = w if node.branch == "-" else store.scale(Fraction(-1), w)
         for zero, other, pair in ((A, B, (C, self._minus(Ratio(w)).num)), (B, A, (w, C))):
             # With one coefficient k the formula is (C, -w)/k or (w, C)/k.
             if store.constant(zero) == 0 and store.sign(other) > 0:
@@ -308,3 +303,53 @@ class Lifting:
         if number:
             return Ratio(store.scale(1 / number, cosine)), Ratio(store.scale(1 / number, sine))
         return Ratio(cosine, (size,)), Ratio(sine, (size,))
+
+
+_SUBSETS = 16
+"""Sets of angles up to which all of them are tried."""
+
+
+def _lift(given: Given) -> None:
+    """Add homogeneous versions of all values, for sets of angles whose rotations are replaced."""
+    store = given.store
+    turned = sorted(
+        {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.m == 1},
+    )
+    lifted = [z for z in turned if is_angle(store, z)]
+    size = len(store.algebra.nodes)
+    own: dict[RotorKey, Value] = {}
+    for value in angles_of(store):
+        rotor = store.rotors.rotor(value) if store.node(value).op == "implicit" else None
+        if rotor is not None:
+            own.setdefault((rotor[0].key, rotor[1].key), value)
+    for lifting in [Lifting(store, frozenset(lifted), own)] + [
+        Lifting(store, frozenset(chosen)) for chosen in _subsets(lifted)
+    ]:
+        for value in given.outputs.values():
+            lifting.realise(value)
+        for index in range(size):
+            if store.node(Value(index)).op in ("vector", "lightcone", "implicit"):
+                lifting.lift(Value(index))
+
+
+def _subsets(items: Sequence[Value]) -> list[tuple[Value, ...]]:
+    """Return all subsets, or for many items the empty, full, nearly empty and nearly full ones."""
+    if 2 ** len(items) <= _SUBSETS:
+        return [c for size in range(len(items) + 1) for c in combinations(items, size)]
+    sizes = (0, 1, len(items) - 1, len(items))
+    return [c for size in sizes for c in combinations(items, size)]
+
+
+COMMON_DENOMINATORS = Rule(
+    name="common denominators",
+    mathematics="p/d + q/e = (p e + q d)/(d e), and atan2(y/d, x/d) = atan2(y, x) for d > 0",
+    apply=_lift,
+    needs=frozenset({Need.OUTPUTS, Need.LIFTING}),
+    words="taken over the common positive denominator",
+    cases={
+        "vector": "both arguments multiplied by their positive common denominator: the angle stays",
+        "implicit": "`A`, `B` and `C` multiplied by their positive common denominator: the angle stays",
+        "rotate": "cosine and sine of the angle as fractions of what its unit yields: no rotation",
+        "quotient": "one quotient, by the product of all denominators",
+    },
+)

@@ -13,21 +13,24 @@ from fractions import Fraction
 from cordicc.ir.graph import Node, Value, factored
 from cordicc.ir.meaning.exact import PI
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.rule import Given, Rule
 
-_OTHER = {"+": "-", "-": "+"}
+OTHER_BRANCH = {"+": "-", "-": "+"}
+"""The branch of an equation for the mirror image of its angle."""
 
 
-def add_frames(store: Store) -> None:
+def _add_frames(given: Given) -> None:
     """Add the angles of turned vectors, and of equations with turned coefficients, as sums of angles."""
+    store = given.store
     rotations: dict[Value, list[Value]] = {}
     for index, node in enumerate(store.algebra.nodes):
-        if node.op == "rotate" and node.params[0] == 1:
+        if node.op == "rotate" and node.m == 1:
             if all(store.constant(v) is not None for v in node.operands[:2]):
                 continue  # the angle of a sine and cosine is another matter: inverse functions that cancel
             for result in range(2):
                 rotations.setdefault(store.find(Value(index, result)), []).append(Value(index, result))
     for index, node in enumerate(tuple(store.algebra.nodes)):
-        if node.op not in ("vector", "implicit") or node.params[0] != 1:
+        if node.op not in ("vector", "implicit") or node.m != 1:
             continue
         # The vector of an equation is (B, A): B cos u + A sin u is its product with (cos u, sin u).
         legs = node.operands[:2] if node.op == "vector" else node.operands[1::-1]
@@ -61,18 +64,17 @@ def _add_frame(
 ) -> None:
     x, y, turn = store.algebra.nodes[rotation].operands
     x, y = store.scale(k, x), store.scale(k, y)
-    store.reason = ("in the frame before the rotation: the angle of its unit is added",)
     if node.op == "vector":
         norm, own = store.make("vector", (x, y, store.const(0)), (1, 1))
         store.union(Value(index, 0), norm)
         angle = Value(index, 1)
     else:
-        branch = str(node.params[1]) if sign == 1 else _OTHER[str(node.params[1])]
+        branch = node.branch if sign == 1 else OTHER_BRANCH[node.branch]
         own, rest = store.make("implicit", (y, x, node.operands[2]), (1, branch))
         store.union(Value(index, 1), rest)
         angle = Value(index, 0)
     total = store.add(own, turn)
-    if node.op == "vector" and node.params[1] != 1:
+    if node.op == "vector" and node.sign != 1:
         sign, quarters = -sign, -quarters
     if sign == -1:
         total = store.make("neg", (total,))[0]
@@ -81,3 +83,11 @@ def _add_frame(
         total = store.add(total, node.operands[2])
     store.same_turn(angle, total)
     store.same_domain(angle, own)
+
+
+FRAMES = Rule(
+    name="frames",
+    mathematics="the angle of (x, y) turned by t is atan2(y, x) + t modulo 2 pi",
+    apply=_add_frames,
+    words="in the frame before the rotation: the angle of its unit is added",
+)

@@ -1,86 +1,19 @@
-"""Rotations in a chain instead of products of cosines and sines.
-
-u cos t and u sin t are one rotation of (u, 0).  Sums and differences of products of cosines and sines
-often factor: with a = x + y and b = x - y, P = (S + D)/2 and Q = (S - D)/2 for S = P + Q = u cos b
-and D = P - Q = v cos a, say.
-"""
+"""Rotations in a chain instead of products: u cos t and u sin t are one rotation of (u, 0)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
-from fractions import Fraction
-from itertools import combinations
-
-from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.exact.field import Poly, TooLarge, monic
-from cordicc.rewrite.exact.keys import Key
-from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.rules.synthesis import Synthesis
-
-_VALUES = 12
-"""Values that are taken in pairs."""
-
-_ANGLES = 6
-"""Angles that are added and subtracted."""
-
-_TERMS = 16
-_HALF = Fraction(1, 2)
+from cordicc.ir.graph import Value
+from cordicc.rewrite.rules.rule import Given, Rule
 
 
-def add_halves(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> None:
-    """Add pairs of values as half sums and half differences that factor."""
-    found: dict[Value, Poly] = {}
-    for index in sorted(graph.live()):
-        value = moved[index][0]
-        element = store.element(value) if graph.nodes[index].op in ("add", "sub") else None
-        poly = None if element is None else store.field.display(element)
-        if poly is not None and 1 < len(poly) <= _TERMS and all(sum(m) > 1 for m in poly.monoms()):
-            found.setdefault(store.find(value), poly)
-    synthesis = Synthesis(store)
-    turns = _turns(store)
-    for (one, P), (other, Q) in combinations(tuple(found.items())[:_VALUES], 2):
-        halves = [P + Q, P - Q]
-        parts = [[monic(base)[1] for base, _ in store.field.factors(half)[1]] for half in halves]
-        if any(len(factors) < 2 for factors in parts):
-            continue
-        store.begin(store.node(one).origin)
-        store.reason = ("half the sum and half the difference of two values, which factor",)
-        for key in dict.fromkeys(Key(base) for factors in parts for base in factors):
-            if key not in turns:
-                continue
-            p, q, op = turns[key]
-            angle = store.make(op, (p, q))[0]
-            store.make("rotate", (store.const(1), store.const(0), angle), (1,))
-        with suppress(TooLarge):
-            total, difference = (synthesis.polynomial(half) for half in halves)
-            store.union(one, store.scale(_HALF, store.add(total, difference)))
-            store.union(other, store.scale(_HALF, store.make("sub", (total, difference))[0]))
-
-
-def _turns(store: Store) -> dict[Key, tuple[Value, Value, str]]:
-    """Return the sums and differences of two angles by their cosine and sine, as displayed and monic."""
-    pairs: dict[Value, dict[int, Poly]] = {}
-    for index, (angle, m, result) in store.rotors.turned.items():
-        if m == 1:
-            # Of an angle that was looked at again, the cosine and sine that it has now.
-            pairs.setdefault(angle, {})[result] = store.field.generator(index)
-    turns: dict[Key, tuple[Value, Value, str]] = {}
-    found = [(angle, pair[0], pair[1]) for angle, pair in sorted(pairs.items())][:_ANGLES]
-    for (p, c, s), (q, k, t) in combinations(found, 2):
-        for op, sine in (("add", t), ("sub", -t)):
-            for poly in (c * k - s * sine, s * k + c * sine):
-                turns[Key(monic(poly)[1])] = p, q, op
-    return turns
-
-
-def add_chains(store: Store) -> None:
+def _add_chains(given: Given) -> None:
     """Add rotations of (u, 0) by t where u cos t and u sin t are products."""
+    store = given.store
     zero = store.const(0)
     rotors: dict[Value, tuple[Value, int]] = {}
     for index, node in enumerate(store.algebra.nodes):
         unit = node.op == "rotate" and [store.constant(v) for v in node.operands[:2]] == [1, 0]
-        if unit and node.params[0] == 1:
+        if unit and node.m == 1:
             for result in range(2):
                 rotors.setdefault(store.find(Value(index, result)), (node.operands[2], result))
     products: dict[tuple[Value, Value], dict[int, Value]] = {}
@@ -90,10 +23,17 @@ def add_chains(store: Store) -> None:
                 known = rotors.get(store.find(turn))
                 if known is not None:
                     products.setdefault((store.find(u), known[0]), {})[known[1]] = Value(index)
-    store.reason = ("`u*cos(t)` and `u*sin(t)` as one rotation of `[u, 0]`",)
     for (u, angle), values in products.items():
         if len(values) == 2:
             store.begin(store.node(values[0]).origin)
             made = store.make("rotate", (u, zero, angle), (1,))
             for result, value in values.items():
                 store.union(value, made[result])
+
+
+ROTATION_CHAINS = Rule(
+    name="chains of rotations",
+    mathematics="(u cos t, u sin t) is (u, 0) turned by t",
+    apply=_add_chains,
+    words="`u*cos(t)` and `u*sin(t)` as one rotation of `[u, 0]`",
+)

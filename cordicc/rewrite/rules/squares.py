@@ -16,9 +16,9 @@ from math import log2
 import numpy as np
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.exact.field import TooLarge
-from cordicc.rewrite.exact.roots import square_root_of
+from cordicc.rewrite.exact.field import TooLarge, square_root_of
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 Terms = dict[tuple[Value, ...], Fraction]
 """Coefficients by monomial: (), (a,) or (a, b) with a <= b."""
@@ -31,7 +31,13 @@ _MOST = 40
 """Longer sums are left as they are."""
 
 
-def add_squares(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> None:
+def _add_squares(given: Given) -> None:
+    """Add what the sums of products of each realisation are when multiplied out."""
+    for graph, moved in zip(given.graphs, given.moved, strict=True):
+        _add_squares_of(given.store, graph, moved)
+
+
+def _add_squares_of(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) -> None:
     """Add what the sums of products of a graph, whose nodes became `moved`, are when multiplied out."""
     squares = Squares(store, graph, moved)
     used = graph.used_results()
@@ -43,7 +49,7 @@ def add_squares(store: Store, graph: Graph, moved: Sequence[tuple[Value, ...]]) 
         if node.op not in _LINEAR:
             for value in operands:
                 squares.join(value)
-        norm = node.op == "vector" and node.params[0] == 1 and Value(index, 1) not in used
+        norm = node.op == "vector" and node.m == 1 and Value(index, 1) not in used
         if norm or (node.op == "lightcone" and Value(index, 1) not in used):
             roots.append(moved[index][0])
     squares.add_roots(roots)
@@ -69,9 +75,9 @@ class Squares:
         """Add a sum, multiplied out."""
         if self._store.node(value).op not in ("add", "sub"):
             return
-        terms = self._reduced(self._quadratic(value))
+        terms = self.reduced(self._quadratic(value))
         if 1 < sum(len(m) == 2 for m in terms) <= _MOST:
-            self._store.reason = ("multiplied out over values that are used more than once",)
+            SQUARES.tell(self._store)
             self._store.union(value, self._sum(terms))
 
     def add_roots(self, roots: Sequence[Value]) -> None:
@@ -80,13 +86,13 @@ class Squares:
         radicands = []
         for root in dict.fromkeys(roots):
             terms = self._radicand(root)
-            terms = {} if terms is None else self._reduced(terms)
+            terms = {} if terms is None else self.reduced(terms)
             if len(terms) <= _MOST and any(len(m) == 2 for m in terms):
                 radicands.append((root, terms))
         counts = Counter(v for _, terms in radicands for v in _squared(terms))
         for root, terms in radicands:
             store.begin(store.node(root).origin)
-            store.reason = ("multiplied out over values that are used more than once",)
+            SQUARES.tell(store)
             store.union(root, store.make("lightcone", (self._sum(terms), store.const(1)))[0])
             squared = _squared(terms)
             if squared:
@@ -99,9 +105,7 @@ class Squares:
         # The unit's error is one of B and C, not of the root: small roots would lose their digits.
         if all(not monomial for monomial in rest) or not np.nanmin(size) > _LEAST * np.nanmax(size):
             return
-        store.reason = (
-            "`sqrt(A**2 + w)` with `w = B**2 - C**2`: the second result for `B*cos(t) + A*sin(t) = C`",
-        )
+        SQUARES.tell(store, "root")
         own, w = self._sum(base), self._sum(rest)
         usual = float(np.nanmedian(np.abs(store.numbers(w))))
         if not usual > 0:
@@ -122,7 +126,7 @@ class Squares:
             if number is None:
                 return _product(self._linear(u), self._linear(v))
             return _scaled(self._quadratic(u), number)
-        if node.op != "vector" or node.params[0] != 1:
+        if node.op != "vector" or node.m != 1:
             return None
         total: Terms = {}
         for value in node.operands[:2]:
@@ -166,12 +170,12 @@ class Squares:
             case "neg":
                 return _scaled(expand(node.operands[0]), Fraction(-1))
             case "cmul":
-                return _scaled(expand(node.operands[0]), Fraction(node.params[0]))
-            case "shift" if Fraction(node.params[0]).denominator == 1:
-                return _scaled(expand(node.operands[0]), Fraction(2) ** int(node.params[0]))
+                return _scaled(expand(node.operands[0]), node.factor)
+            case "shift" if node.exponent.denominator == 1:
+                return _scaled(expand(node.operands[0]), Fraction(2) ** int(node.exponent))
         return {(value,): Fraction(1)}
 
-    def _reduced(self, terms: Terms) -> Terms:
+    def reduced(self, terms: Terms) -> Terms:
         """Return terms with the part that holds no input as a number, if it is one."""
         store = self._store
         part = {
@@ -254,3 +258,15 @@ def _product(a: Terms, b: Terms) -> Terms:
     for first, p in a.items():
         total = _sum(total, {tuple(sorted((*first, *second))): p * q for second, q in b.items()})
     return total
+
+
+SQUARES = Rule(
+    name="squares multiplied out",
+    mathematics="(p - q)^2 = p^2 - 2 p q + q^2, sqrt(a^2 + w) = sqrt(a^2 + B^2 - C^2), B, C = (w/k +- k)/2",
+    apply=_add_squares,
+    needs=frozenset({Need.GRAPHS}),
+    words="multiplied out over values that are used more than once",
+    cases={
+        "root": "`sqrt(A**2 + w)` with `w = B**2 - C**2`: the second result for `B*cos(t) + A*sin(t) = C`",
+    },
+)

@@ -17,7 +17,7 @@ from cordicc.rewrite.exact.values import Store
 _TERMS = 24
 """Longer polynomials are not written out."""
 
-_CANCELS = 1.2
+CANCELS = 1.2
 """Terms that are larger by this much show that digits cancel."""
 
 
@@ -76,7 +76,7 @@ class Synthesis:
                 rest = (*powers[:cosine], powers[cosine] % 2, *powers[cosine + 1 :])
                 term = self._store.field.context.from_dict({rest: factor})
                 other = other + term * square ** (int(powers[cosine]) // 2)
-            if len(other) <= _TERMS and _CANCELS * self._terms_size(other) < self._terms_size(poly):
+            if len(other) <= _TERMS and CANCELS * self._terms_size(other) < self._terms_size(poly):
                 poly = other
         return poly
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Any
 
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.search.conditions import Requirement
 from cordicc.rewrite.search.costs import Costs, ordered
 from cordicc.rewrite.search.dominance import Lean, lean
@@ -61,7 +61,7 @@ class _Task:
 
 
 @dataclass(slots=True)
-class _Model:
+class _ChoiceModel:
     """The variables of a model: options taken, classes needed, who provides, when, guards.
 
     Without times `time` holds the order of the classes that may depend on themselves.
@@ -81,7 +81,7 @@ def extract(
     requirements: Sequence[Requirement],
     zeros: frozenset[int],
     costs: Costs,
-    context: Context,
+    context: PassContext,
 ) -> Extraction | None:
     """Return the best choice found for the goal, None if none was found within the work limit.
 
@@ -117,7 +117,7 @@ _Answer = tuple[dict[int, int], tuple[int, ...]]
 
 
 def _solved(
-    task: _Task, built: _Model, goals: Sequence[tuple[str, float]], start: _Answer | None
+    task: _Task, built: _ChoiceModel, goals: Sequence[tuple[str, float]], start: _Answer | None
 ) -> tuple[_Answer | None, list[int], bool]:
     """Return the last answer found, the value of each goal that was met, and whether all are proven."""
     from ortools.sat.python import cp_model
@@ -150,20 +150,20 @@ def _solved(
     return answer, reached, proven
 
 
-def _variables(built: _Model) -> list[Any]:
+def _variables(built: _ChoiceModel) -> list[Any]:
     times = built.time.values() if built.finish is None else (*built.time.values(), built.finish)
     each = (*built.taken.values(), *built.needed.values(), *built.provides.values(), *built.guards, *times)
     return list({variable.index: variable for variable in each}.values())
 
 
-def _hint(built: _Model, values: Mapping[int, int]) -> None:
+def _hint(built: _ChoiceModel, values: Mapping[int, int]) -> None:
     """Start the next search from values of the variables by their numbers."""
     built.model.clear_hints()
     for variable in _variables(built):
         built.model.add_hint(variable, values[variable.index])
 
 
-def _start(task: _Task, built: _Model, answer: _Answer) -> None:
+def _start(task: _Task, built: _ChoiceModel, answer: _Answer) -> None:
     """Start from what another model has found."""
     provider, guards = answer
     taken = set(provider.values())
@@ -186,7 +186,7 @@ def _start(task: _Task, built: _Model, answer: _Answer) -> None:
     _hint(built, values)
 
 
-def _build(task: _Task, *, timed: bool) -> _Model:
+def _build(task: _Task, *, timed: bool) -> _ChoiceModel:
     """Return the model, with the time of each class or only with what order it needs."""
     from ortools.sat.python import cp_model
 
@@ -228,7 +228,7 @@ def _build(task: _Task, *, timed: bool) -> _Model:
     finish = model.new_int_var(0, horizon, "finish") if timed else None
     for k in choice.wanted.values() if timed else ():
         model.add(finish >= time[k])
-    return _Model(model, taken, needed, provides, time, guards, finish)
+    return _ChoiceModel(model, taken, needed, provides, time, guards, finish)
 
 
 def _earliest(task: _Task) -> dict[int, int]:
@@ -268,7 +268,7 @@ def _circular(choice: Alternatives, providers: Mapping[int, Sequence[int]]) -> s
         left = inner
 
 
-def _expression(task: _Task, built: _Model, name: str) -> Any:
+def _expression(task: _Task, built: _ChoiceModel, name: str) -> Any:
     """Return what a goal minimises."""
     options, units, costs = task.choice.options, task.units, task.costs
     taken = built.taken.items()

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
+from typing import cast
 
 import numpy as np
 
 from cordicc.ir.graph import Param, Value
+from cordicc.ir.ops import OPS
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.passes.wraps import INSIDE
@@ -38,6 +39,11 @@ class Option:
     results: tuple[tuple[int, ...], ...]
     node: int
     first: int = 0
+
+    @property
+    def m(self) -> int:
+        """Return the coordinate system of a unit that has one."""
+        return cast(int, self.params[OPS[self.op].params.index("m")])
 
     def value(self, result: int) -> Value:
         """Return a result as a value of the store."""
@@ -228,24 +234,24 @@ def _is_angle(store: Store, value: Value) -> bool:
 
 def _options(store: Store, classes: Classes, index: int) -> list[Option]:
     node = store.algebra.nodes[index]
-    op, params = node.op, node.params
+    op = node.op
     values = [Value(index, result) for result in range(len(node.definition.results))]
     exact = [classes.exact(v) for v in node.operands]
     if op == "guard":
         return []
-    turning = op in ("rotate", "vector") and params[0] == 1
-    if op == "rotate" and turning:
+    if op == "rotate" and node.m == 1:
         exact[2] = classes.turn(node.operands[2])
     if op == "wrap":
         exact[0] = classes.turn(node.operands[0])
-    angle = {"vector": 1, "implicit": 0}.get(op) if params and params[0] == 1 else None
+    port = {"vector": 1, "implicit": 0}.get(op)
+    angle = port if port is not None and node.m == 1 else None
     results = tuple((classes.exact(v), classes.turn(v)) for v in values)
-    found = [Option(op, params, tuple(exact), results, index)]
-    sums = op in _SUMS or (op == "cmul" and Fraction(params[0]).denominator == 1)
-    sums = sums or (op == "shift" and Fraction(params[0]) >= 0 and Fraction(params[0]).denominator == 1)
+    found = [Option(op, node.params, tuple(exact), results, index)]
+    sums = op in _SUMS or (op == "cmul" and node.factor.denominator == 1)
+    sums = sums or (op == "shift" and node.exponent >= 0 and node.exponent.denominator == 1)
     if sums and all(_is_angle(store, v) for v in (values[0], *node.operands)):
         turns = tuple(classes.turn(v) for v in node.operands)
-        found.append(Option(op, params, turns, ((classes.turn(values[0]),),), index))
+        found.append(Option(op, node.params, turns, ((classes.turn(values[0]),),), index))
     principal = angle is not None and op == "vector" and store.constant(node.operands[2]) == 0
     own = values[angle or 0]
     interval = store.range(own)

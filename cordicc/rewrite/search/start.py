@@ -16,8 +16,9 @@ from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.numeric import Floats, evaluate
-from cordicc.rewrite.passes.base import Context
+from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.simplify import Simplify
+from cordicc.rewrite.rules.angles import SUMS, angles_of
 
 _POINTS = 24
 _NEAREST = 3
@@ -30,17 +31,19 @@ _GENERATORS = 120
 OPAQUE = 16
 """Values that may become generators because what they are made of is too large."""
 
-SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
-"""Operations that make angles of angles."""
-
 
 @dataclass(frozen=True, slots=True)
 class Filled:
-    """A store, the values that the nodes of each realisation became, and how many nodes are the first's."""
+    """A store with realisations in it.
+
+    `moved` are the values that the nodes of each became, `certain` tells how many nodes of the store are
+    those of the first, and `outputs` are the values of its outputs, equal to those of the others.
+    """
 
     store: Store
     moved: Sequence[Sequence[tuple[Value, ...]]]
     certain: int
+    outputs: Mapping[str, Value]
 
 
 def fill(
@@ -63,7 +66,18 @@ def fill(
     for angle in angles_of(store):
         store.rotors.rotor(angle)
     store.opaque_left = 0
-    return Filled(store, moved, certain)
+    return Filled(store, moved, certain, _joined_outputs(store, graphs, moved))
+
+
+def _joined_outputs(
+    store: Store, graphs: Sequence[Graph], moved: Sequence[Sequence[tuple[Value, ...]]]
+) -> dict[str, Value]:
+    """Return the outputs of the first realisation, made equal to those of the others."""
+    outputs = {name: moved[0][v.node][v.result] for name, v in graphs[0].outputs.items()}
+    for graph, values in zip(graphs[1:], moved[1:], strict=True):
+        for name, value in graph.outputs.items():
+            store.union(outputs[name], values[value.node][value.result])
+    return outputs
 
 
 def sample_points(
@@ -99,16 +113,6 @@ def sample_points(
     return {name: column[rows] for name, column in drawn.items()}
 
 
-def angles_of(store: Store) -> list[Value]:
-    """Return the angles that circular units make."""
-    port = {"vector": 1, "implicit": 0}
-    return [
-        Value(index, port[node.op])
-        for index, node in enumerate(store.algebra.nodes)
-        if node.op in port and node.params[0] == 1
-    ]
-
-
 def _field(graphs: Sequence[Graph]) -> Field | None:
     operations = [n for g in graphs for n in g.nodes]
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
@@ -118,9 +122,7 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
         6
         + OPAQUE // 2
         + sum(
-            1
-            for n in graphs[0].nodes
-            if n.op in ("vector", "implicit", "lightcone") and (not n.params or n.params[0])
+            1 for n in graphs[0].nodes if n.op == "lightcone" or (n.op in ("vector", "implicit") and n.m != 0)
         )
     )
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
@@ -151,7 +153,7 @@ def _grains(graph: Graph) -> dict[Value, Fraction]:
     """Return, for values that are turned by in several multiples, the one that all are multiples of."""
     factors: dict[Value, set[Fraction]] = {}
     for node in graph.nodes:
-        if node.op == "rotate" and node.params[0] != 0:
+        if node.op == "rotate" and node.m != 0:
             factor, base = factored(graph.nodes, node.operands[2])
             if graph.node(base).op not in (*SUMS, "vector", "implicit", "lightcone", "const", "guard"):
                 factors.setdefault(base, set()).add(abs(factor))
@@ -167,7 +169,7 @@ def _name_constants(store: Store, graphs: Sequence[Graph]) -> None:
     """Make the cosine and sine of constant angles known before the numbers themselves are met."""
     for graph in graphs:
         for node in graph.nodes:
-            if node.op == "rotate" and node.params[0] == 1:
+            if node.op == "rotate" and node.m == 1:
                 for value in graph.node(node.operands[2]).operands:
                     number = graph.constant(value)
                     if number is not None:
@@ -180,7 +182,7 @@ def _assume(store: Store, problem: Problem) -> None:
         store.make("input", (), (spec.name,))
     if not problem.assumptions:
         return
-    graph = Simplify().apply(problem.assumption_graph, Context({}))
+    graph = Simplify().apply(problem.assumption_graph, PassContext({}))
     if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
         return
     moved = _import(store, graph)

@@ -8,9 +8,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite.exact.field import Element, Poly, rational
+from cordicc.rewrite.exact.field import Poly, rational
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.rules.circles import Circle
 
 _TERMS = 6
 
@@ -18,10 +17,10 @@ _TERMS = 6
 def name_of(store: Store, value: Value) -> str:
     """Return an input's name, else that of the equation which asked for the value."""
     node = store.node(value)
-    return str(node.params[0]) if node.op == "input" else node.origin or "constant"
+    return node.name if node.op == "input" else node.origin or "constant"
 
 
-def polynomial(store: Store, poly: Poly) -> str:
+def text_of(store: Store, poly: Poly) -> str:
     """Return a polynomial of `Field.display` as text; long ones are cut short."""
     terms = []
     for powers, factor in list(poly.terms())[:_TERMS]:
@@ -54,30 +53,3 @@ def _generator(store: Store, index: int) -> str:
         return f"w{index}"
     value = store.generator_value(index)
     return _number(value) if isinstance(value, Fraction) else "?" if value is None else name_of(store, value)
-
-
-def circle_steps(store: Store, angle: Value, circle: Circle) -> tuple[str, ...]:
-    """Return how an angle got its own circle equation."""
-    name = name_of(store, angle)
-    root = f"w{circle.root}"
-    A, B, C = (polynomial(store, p) for p in (circle.A, circle.B, circle.C))
-    radicand = store.field.display(Element(store.field.radicands[circle.root], store.field.one))
-    known = "" if radicand is None else f" `{root} = sqrt({polynomial(store, radicand)})`"
-    return (
-        f"the root{known} is in `cos({name}) = c0 + c1*{root}` and in `sin({name}) = s0 + s1*{root}`, "
-        f"but not in `s1*cos({name}) - c1*sin({name}) = s1*c0 - c1*s0`",
-        f"hence `{_linear(B, f'cos({name})', A, f'sin({name})')} = {C}`, branch +, "
-        f"and the second result is a multiple of `{root}`",
-    )
-
-
-def _linear(first: str, u: str, second: str, v: str) -> str:
-    """Return `first*u + second*v`."""
-    terms = [_multiple(factor, of) for factor, of in ((first, u), (second, v)) if factor != "0"]
-    return " + ".join(terms).replace("+ -", "- ")
-
-
-def _multiple(factor: str, of: str) -> str:
-    if factor in ("1", "-1"):
-        return factor.removesuffix("1") + of
-    return f"({factor})*{of}" if " " in factor else f"{factor}*{of}"

@@ -1,0 +1,68 @@
+"""Whether rewriting kept the meaning of a problem, besides its proofs: equations and result on samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from cordicc.ir import sampling
+from cordicc.ir.graph import Graph
+from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.problem import OutputSpec, Problem
+
+_PROBES = 24
+"""Samples on which the two are compared."""
+
+_FEWEST = 2
+"""Samples in any case."""
+
+_SHAKES = 16
+"""Disturbed evaluations that show whether a sample hangs on rounding."""
+
+_WORK = 50_000
+"""Disturbed operations that are evaluated at the most; large problems are compared on fewer samples."""
+
+
+def check_meaning(problem: Problem, graph: Graph) -> None:
+    """Assert that the rewritten graph computes what the equations say, on a few samples.
+
+    A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
+    rounding proves nothing and is passed over: one whose results change when its inputs are moved by
+    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
+    """
+    fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
+    probes = max(_FEWEST, min(_PROBES, fitting))
+    samples = sampling.draw(problem.workspace, probes, 1)
+    exact, defined = evaluate(problem.graph, samples)
+    moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
+    tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
+    values, valid = evaluate(problem.graph, tiled, jitter=True)
+    shaken = [
+        ({n: v.reshape(_SHAKES, -1)[i] for n, v in values.items()}, valid.reshape(_SHAKES, -1)[i])
+        for i in range(_SHAKES)
+    ]
+    rewritten, kept = evaluate(graph, samples)
+    steady = np.ones(probes, dtype=bool)
+    for value, still_defined in (moved, *shaken):
+        steady &= defined == still_defined
+        for output in problem.outputs:
+            steady &= ~defined | _near(output, exact, value, 1e-6)
+    assert np.array_equal(defined[steady], kept[steady]), "rewriting changed which samples are valid"
+    for output in problem.outputs:
+        agree = _near(output, exact, rewritten, 1e-9)
+        assert np.all(agree[steady & defined]), f"rewriting changed output {output.name}"
+
+
+def _near(
+    output: OutputSpec, exact: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], tolerance: float
+) -> np.ndarray:
+    """Tell where two values of an output agree relative to 1 + |value|; an angle modulo 2 pi."""
+    value = exact[output.name]
+    with np.errstate(invalid="ignore", over="ignore"):
+        difference = np.abs(value - other[output.name])
+        if output.is_angle:
+            difference = np.minimum(difference, np.abs(difference - math.tau))
+        near: np.ndarray = (difference <= tolerance * (1 + np.abs(value))) | (value == other[output.name])
+    return near
