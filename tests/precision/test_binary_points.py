@@ -108,7 +108,7 @@ def test_formats_hold_the_proven_range_and_no_more() -> None:
     for name, spec in plan.formats.values.items():
         assert spec.width in (24, 24 + guard)
         if name in inputs:
-            largest = max(abs(inputs[name]["lo"]), abs(inputs[name]["hi"]))
+            largest = max(abs(inputs[name].lo), abs(inputs[name].hi))
             assert spec.width == 24
             assert largest * 2.0**spec.fraction <= 2**23 - 1 < largest * 2.0 ** (spec.fraction + 1)
     for fifo in plan.fifos:
