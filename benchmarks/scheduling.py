@@ -33,7 +33,7 @@ from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY
 from cordicc.schedule.solver.latency_bounds import latency_bound
 from cordicc.schedule.solver.modulo_list import list_schedule
-from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, TaskValue
 from cordicc.studies.trade_off import as_text, explore, workers
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -57,7 +57,7 @@ def generated(count: int, interval: int, seed: int = 0, window: int | None = Non
             if index and rng.random() < 0.9:
                 takers[rng.randrange(max(0, index - window), index)].append((f"o{index}", f"p{port}"))
     tasks = tuple(Task(f"o{index}", kind, LATENCIES[kind]) for index, kind in enumerate(kinds))
-    values = tuple(Value(f"o{index}.r", f"o{index}", tuple(sinks)) for index, sinks in enumerate(takers))
+    values = tuple(TaskValue(f"o{index}.r", f"o{index}", tuple(sinks)) for index, sinks in enumerate(takers))
     limits = {kind: -(-kinds.count(kind) // interval) for kind in LATENCIES if kind in kinds}
     return SchedulingProblem(tasks, values, interval, limits, "cycles")
 

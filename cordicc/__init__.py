@@ -13,7 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cordicc.api import Plan, check, compile, load_plan
+    from cordicc.api import RunnablePlan as Plan
+    from cordicc.api import check, compile, load_plan
     from cordicc.base.diagnostics import CordiccError, InvalidInput, Unattainable
     from cordicc.ir.problem import Problem
 
@@ -32,18 +33,19 @@ __all__ = [
 ]
 
 _HOMES = {
-    "CordiccError": "cordicc.base.diagnostics",
-    "InvalidInput": "cordicc.base.diagnostics",
-    "Plan": "cordicc.api",
-    "Problem": "cordicc.ir.problem",
-    "Unattainable": "cordicc.base.diagnostics",
-    "check": "cordicc.api",
-    "compile": "cordicc.api",
-    "load_plan": "cordicc.api",
+    "CordiccError": "cordicc.base.diagnostics:CordiccError",
+    "InvalidInput": "cordicc.base.diagnostics:InvalidInput",
+    "Plan": "cordicc.api:RunnablePlan",
+    "Problem": "cordicc.ir.problem:Problem",
+    "Unattainable": "cordicc.base.diagnostics:Unattainable",
+    "check": "cordicc.api:check",
+    "compile": "cordicc.api:compile",
+    "load_plan": "cordicc.api:load_plan",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
+        module, _, inner = _HOMES[name].partition(":")
+        return getattr(import_module(module), inner)
     raise AttributeError(f"module 'cordicc' has no attribute {name!r}")

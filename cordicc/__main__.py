@@ -1,5 +1,5 @@
 """Run the command line as `python -m cordicc`."""
 
-from cordicc.cli.main import main
+from cordicc.cli import main
 
 main(prog_name="cordicc")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cordicc import pipeline
+from cordicc import artefacts, pipeline
 from cordicc.backends.labels import headline
 from cordicc.backends.pictures import raster
 from cordicc.backends.pictures.diagram import PAGE_WIDTH
@@ -22,7 +22,8 @@ from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
 from cordicc.ir.problem import Problem
 from cordicc.plan.file import dump, parse
-from cordicc.plan.model import Plan as PlanData
+from cordicc.plan.model import Plan
+from cordicc.readback import check_plan
 from cordicc.schedule.request import Limits
 from cordicc.targets.target import DEFAULT_TARGET
 
@@ -54,13 +55,13 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Plan(PlanData):
-    """A hardware plan that can be run, and that notebooks show with its datapath and figures."""
+class RunnablePlan(Plan):
+    """A hardware plan that can be run, and that notebooks show: `cordicc.Plan`."""
 
     @classmethod
-    def of(cls, data: PlanData) -> Plan:
+    def of(cls, data: Plan) -> RunnablePlan:
         """Return plan data with the methods of this class."""
-        return cls(**{f.name: getattr(data, f.name) for f in fields(PlanData)})
+        return cls(**{f.name: getattr(data, f.name) for f in fields(Plan)})
 
     def simulate(
         self, inputs: Mapping[str, ArrayLike], *, cycle_accurate: bool = False
@@ -102,14 +103,26 @@ class Plan(PlanData):
         Raises:
             InvalidInput: an unknown view.
         """
-        if view not in pipeline.VIEWS:
-            message = f"there is no view '{view}': {', '.join(pipeline.VIEWS)}"
+        if view not in artefacts.VIEWS:
+            message = f"there is no view '{view}': {', '.join(artefacts.VIEWS)}"
             raise InvalidInput([Diagnostic("E652", message)])
-        return Picture(pipeline.picture(self, view, width))
+        return Picture(artefacts.picture(self, view, width))
 
     def report(self) -> str:
         """Return the page `report.html`."""
-        return pipeline.report_page(self)
+        return artefacts.report_page(self)
+
+    def emit(self, name: str) -> dict[str, str]:
+        """Return the texts of one of `cordicc.artefacts.ARTEFACTS` by file name, `c` for example.
+
+        Raises:
+            InvalidInput: an unknown name (E653).
+            Unattainable: it has no form for this plan.
+        """
+        if name not in artefacts.ARTEFACTS:
+            message = f"there is no artefact '{name}': {', '.join(artefacts.ARTEFACTS)}"
+            raise InvalidInput([Diagnostic("E653", message)])
+        return dict(artefacts.ARTEFACTS[name].emit(self))
 
     def __repr__(self) -> str:
         """Return name and key figures on one line."""
@@ -135,7 +148,7 @@ def compile(
     certify: bool | None = None,
     copies: int = 1,
     effort: float = 1.0,
-) -> Plan:
+) -> RunnablePlan:
     """Compile a problem file to a plan; the options are those of `cordicc compile`.
 
     Raises:
@@ -144,7 +157,7 @@ def compile(
     """
     limits = Limits(minimize, ii, max_processors, max_latency)
     options = pipeline.Options(target, units, limits, certify, copies, effort)
-    return Plan.of(pipeline.compile_file(Path(problem), options).plan)
+    return RunnablePlan.of(pipeline.compile_file(Path(problem), options).plan)
 
 
 def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
@@ -153,10 +166,10 @@ def check(problem: str | Path) -> tuple[Problem, list[Diagnostic]]:
     return loaded.problem, list(loaded.warnings)
 
 
-def load_plan(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> RunnablePlan:
     """Read plan.json back, or that of a folder, with everything checked; raises InvalidInput."""
     file = Path(path)
     # Unlike the methods of Path these functions raise nothing for a name that is too long.
     if isdir(file) and isfile(file / "plan.json"):
         file = file / "plan.json"
-    return Plan.of(pipeline.check_plan(parse(read_text(file), str(file))))
+    return RunnablePlan.of(check_plan(parse(read_text(file), str(file))))

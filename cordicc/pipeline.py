@@ -1,35 +1,31 @@
 """The compiler, stage by stage.
 
-What not every run needs (bounds, fixed-point formats, pictures) is imported where it is used, for a quick
-start.
+What not every run needs, the proof of bounds, is imported where it is used, for a quick start.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
-from cordicc.emulate import functional as functional_run
-from cordicc.emulate.observation import DEFAULT_SEED, observe, with_warnings
-from cordicc.frontend.domain import check_domain, input_intervals
+from cordicc.emulate.observation import observe, with_warnings
+from cordicc.frontend.domain import check_domain
 from cordicc.frontend.load import LoadedProblem, load_problem
-from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify as verify_graph
-from cordicc.plan.assemble import assemble
-from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan.copies import replicated
-from cordicc.plan.file import contradiction, dump
-from cordicc.plan.model import Plan, Selection
-from cordicc.plan.origin import PlanOptions, PlanProblem
+from cordicc.plan.model import Plan
+from cordicc.plan.origin import PlanOptions
 from cordicc.plan.verify import verify as verify_plan
-from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, checked, exceptions, widened
+from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, exceptions
+from cordicc.precision.choose import plan_with_formats
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
@@ -37,21 +33,14 @@ from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
-from cordicc.targets.sized import most_guard_bits
-from cordicc.targets.target import DEFAULT_TARGET, Target, load_target
+from cordicc.targets.target import DEFAULT_TARGET, Target
+from cordicc.targets.target_file import load_target
 
 if TYPE_CHECKING:
-    from cordicc.backends.pictures.diagram import Diagram
-    from cordicc.backends.report.page import Explored
+    from cordicc.certify.certificate import Bound
 
 MAX_OPERATIONS, MAX_INPUTS = 5_000, 1_000
 """Operations and inputs of which a plan is made at the most; beyond, it would take minutes."""
-
-ARTEFACTS = ("plan.json", "report.html", "datapath.svg", "schedule.svg", "simulate.py")
-"""The files of an output folder."""
-
-VIEWS = ("datapath", "schedule", "graph")
-"""What can be drawn of a plan."""
 
 Watch = Callable[[str, Graph], None]
 Enter = Callable[[str], None]
@@ -112,10 +101,10 @@ def compile_file(
     allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
     if allowed or (fixed_point if options.certify is None else options.certify):
-        from cordicc.certify.plans import bounds_of, with_bounds
+        from cordicc.certify.plans import with_bounds
 
         enter("proving error bounds")
-        plan = with_bounds(plan, bounds_of(plan, allowed))
+        plan = with_bounds(plan, _bounds_of(plan, allowed))
         open_ones = exceptions(plan)
         plan, more = with_warnings(plan, open_ones), [*more, *open_ones]
     return Compiled(plan, (*planned.warnings, *more))
@@ -187,11 +176,25 @@ def _plans(
         request.enter("choosing formats and a schedule")
         # Scheduling sees unit operations with their latencies only.
         try:
-            unplaced, warnings = _assembled(request, choice)
+            unplaced, warnings = plan_with_formats(
+                request.loaded,
+                choice,
+                request.target,
+                partial(load_target, options.target),
+                _recorded(request.path, options),
+                _bounds_of,
+            )
             plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
         except (TooInaccurate, OutOfLimits) as error:
             refused.append(error)
     return plans
+
+
+def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
+    """Return the proven bounds of a plan, given by output the errors that its problem allows."""
+    from cordicc.certify.plans import bounds_of
+
+    return bounds_of(plan, allowed)
 
 
 def _check_size(loaded: LoadedProblem) -> None:
@@ -207,53 +210,6 @@ def _check_size(loaded: LoadedProblem) -> None:
         message = f"the problem has {count} {noun}, more than the {most} of which a plan is made"
         hint = "divide it into several files"
         raise Unattainable([Diagnostic("E415", message, None, hint, source=loaded.source)])
-
-
-def _assembled(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic, ...]]:
-    """Return the operations of a plan; on fixed point with a binary point for every value."""
-    loaded, target, options = request.loaded, request.target, request.options
-    recorded = _recorded(request.path, options)
-    selection = Selection(choice.searched, choice.proven, choice.facts)
-    warnings, graph = tuple(loaded.warnings), choice.graph
-    if not isinstance(target.machine().system, FixedSystem):
-        record = PlanProblem.of(loaded.problem, warnings)
-        plan = assemble(
-            graph,
-            target,
-            problem=record,
-            options=recorded,
-            formats={},
-            steps=choice.steps,
-            selection=selection,
-        )
-        return checked(plan), warnings
-    from cordicc.precision.binary_points import formats, magnitudes
-    from cordicc.precision.guard_bits import fewest_guard_bits
-
-    held = magnitudes(loaded.problem, loaded.source, graph)
-    warnings = (*warnings, *held.warnings)
-    record = PlanProblem.of(loaded.problem, warnings)
-
-    def plan_for(target: Target) -> Plan:
-        system = target.machine().system
-        assert isinstance(system, FixedSystem)
-        return assemble(
-            graph,
-            target,
-            problem=record,
-            options=recorded,
-            formats=formats(loaded.problem, loaded.source, held, graph, system),
-            steps=choice.steps,
-            selection=selection,
-        )
-
-    if not target.guard_is_open:
-        return checked(plan_for(target)), warnings
-    # As many guard bits as the accuracy needs, and wider words if the problem allows less error than that.
-    most = most_guard_bits(int(target.format["width"]))
-    plan = fewest_guard_bits(record, most, lambda guard: plan_for(load_target(options.target, guard)))
-    plan = widened(plan, lambda width, guard: plan_for(load_target(options.target, guard, width)))
-    return plan, warnings
 
 
 def rewrite(
@@ -292,43 +248,6 @@ def pass_names() -> tuple[str, ...]:
     return ("frontend", *dict.fromkeys(step.name for step in default_passes(implicit=False)), "search")
 
 
-def artefacts(plan: Plan) -> dict[str, str]:
-    """Return the files of an output folder, by name."""
-    from cordicc.backends import script
-    from cordicc.backends.pictures import datapath, schedule_chart
-
-    drawn = datapath.diagram(plan)
-    texts = (
-        dump(plan),
-        report_page(plan, drawn=drawn),
-        datapath.render(plan, drawn),
-        schedule_chart.render(plan),
-        script.render(plan),
-    )
-    return dict(zip(ARTEFACTS, texts, strict=True))
-
-
-def report_page(plan: Plan, explored: Explored | None = None, drawn: Diagram | None = None) -> str:
-    """Return the report of a plan as HTML, with the trade-off of its problem if that is known."""
-    from cordicc.backends.report import page
-    from cordicc.backends.report.typesetting import typeset
-
-    return page.render(plan, typeset, explored, drawn)
-
-
-def picture(plan: Plan, view: str, width: float | None = None) -> str:
-    """Return the SVG of a view; datapath and graph in rows of about `width` pixels, None: in one row."""
-    from cordicc.backends.pictures import datapath, graph_view, schedule_chart
-
-    if view == "schedule":
-        return schedule_chart.render(plan)
-    return (
-        datapath.render(plan, datapath.diagram(plan, width))
-        if view == "datapath"
-        else graph_view.render(plan, width)
-    )
-
-
 def _implicit_choices(options: Options, target: Target) -> tuple[bool, ...]:
     """Return whether implicit CAUs may be used; both if plans with and without them must be compared.
 
@@ -356,29 +275,3 @@ def _recorded(path: Path, options: Options) -> PlanOptions:
         certify=options.certify,
         effort=None if options.effort == 1 else options.effort,
     )
-
-
-def check_plan(plan: Plan) -> Plan:
-    """Return a plan that was read back, with its schedule, wiring and arithmetic verified.
-
-    Raises:
-        InvalidInput: the plan contradicts itself.
-    """
-    try:
-        check_sizes(plan)
-        check_problem(plan)
-        check_operations(plan)
-        verify_plan(plan)
-        program = plan.problem.program
-        verify_graph(program)
-        inputs = {node.name for node in program.nodes if node.op == "input"}
-        assert inputs == set(plan.problem.input_names), "the inputs of the program differ"
-        assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
-        check_formats(plan)
-        from cordicc.certify.plans import StatedBounds
-
-        StatedBounds.of(plan)
-        functional_run.run(plan, plan.arithmetic, sampling.draw(plan.problem.workspace, 1, DEFAULT_SEED))
-    except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
-        raise contradiction((str(error).splitlines() or ["malformed"])[0][:500]) from None
-    return plan

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cordicc import pipeline
+from cordicc import artefacts, pipeline
 from cordicc.backends.labels import headline
 from cordicc.backends.pictures.diagram import PAGE_WIDTH
 from cordicc.base.codes import CODES, HELP, UNATTAINABLE
@@ -49,7 +49,7 @@ Every error and warning has a code that stays the same from version to version:
 All that can be found in one go are listed, by place. Errors (E) end the run with exit status 2, or 1 where
 the problem is valid but no plan meets it (marked below); warnings (W) do not.
 
-This page is written by `python docs/generate.py` from `cordicc/codes.py`.
+This page is written by `python docs/generate.py` from `cordicc/base/codes.py`.
 """
 
 
@@ -94,7 +94,7 @@ def gallery() -> dict[Path, str]:
     page = [_GALLERY_HEAD]
     for example in sorted((ROOT / "examples").glob("*.yaml")):
         plan = pipeline.plan_file(example, pipeline.Options()).plan
-        made[DOCS / "gallery" / f"{example.stem}.svg"] = pipeline.picture(plan, "datapath", PAGE_WIDTH)
+        made[DOCS / "gallery" / f"{example.stem}.svg"] = artefacts.picture(plan, "datapath", PAGE_WIDTH)
         text = " ".join(plan.description.split())
         page.append(
             f"\n## {plan.name}\n\n"

@@ -8,6 +8,7 @@ from fractions import Fraction
 from cordicc.backends.palette import LOOKS
 from cordicc.plan.model import Fifo, Operand, Operation, Plan
 from cordicc.plan.stated_accuracy import StatedBound
+from cordicc.targets.target import CAU_KINDS
 
 SYMBOLS = {
     "add": "+", "sub": "−", "mul": "×", "neg": "−1×", "abs": "|a|", "sign": "sgn", "min": "min", "max": "max",
@@ -15,7 +16,6 @@ SYMBOLS = {
     "lightcone": "light cone", "implicit": "implicit",
 }  # fmt: skip
 KIND_ORDER = ("standard", "implicit", "mul", "cmul", "add", "shift", "sign")
-CAU_KINDS = ("standard", "implicit")
 
 
 def kind_rank(kind: str) -> tuple[int, str]:
@@ -133,13 +133,25 @@ def fifo_tip(fifo: Fifo) -> str:
     )
 
 
-def seconds(count: float, clock: float) -> str:
-    """Write a time of `count` cycles with a fitting unit."""
-    time = count / clock
+def duration(seconds: float) -> str:
+    """Write a time with a fitting unit."""
     for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if time >= scale:
-            return f"{time / scale:.4g} {unit}"
-    return f"{time / 1e-9:.4g} ns" if time else "0"
+        if seconds >= scale:
+            return f"{seconds / scale:.4g} {unit}"
+    return f"{seconds / 1e-9:.4g} ns"
+
+
+def seconds(count: float, clock: float) -> str:
+    """Write the time of `count` cycles at a clock in Hz with a fitting unit; no cycles need none."""
+    return duration(count / clock) if count else "0"
+
+
+def proof(plan: Plan, name: str) -> str:
+    """Say whether a figure (a key of `Plan.optimal`) is proven optimal, else what is proven of it."""
+    if plan.optimal.get(name):
+        return "proven optimal for these operations"
+    bound = plan.bounds.get(name)
+    return "no bound" if bound is None else f"at least {bound}"
 
 
 def headline(plan: Plan) -> str:
@@ -155,36 +167,3 @@ def headline(plan: Plan) -> str:
         f"{sum(fifo.depth for fifo in plan.fifos)} FIFO words",
     ]
     return " · ".join(part for part in parts if part)
-
-
-def spans(plan: Plan) -> dict[str, tuple[int, int]]:
-    """Return the cycles in which each FIFO segment takes and hands on a value.
-
-    The end is the start of the operations it feeds, the plan's latency for an output, or, if it only
-    feeds another segment, its depth after the begin.
-    """
-    operations = {operation.id: operation for operation in plan.operations}
-    by_id = {fifo.id: fifo for fifo in plan.fifos}
-    found: dict[str, tuple[int, int]] = {}
-
-    def span(fifo: Fifo, seen: tuple[str, ...]) -> tuple[int, int]:
-        if fifo.id not in found:
-            begin = 0
-            if fifo.source in operations:
-                begin = operations[fifo.source].finish
-            elif fifo.source in by_id and fifo.source not in seen:
-                begin = span(by_id[fifo.source], (*seen, fifo.source))[1]
-            ends = [operations[name].start for name in map(_owner, fifo.sinks) if name in operations]
-            if any(_owner(sink) == "out" and sink not in by_id for sink in fifo.sinks):
-                ends.append(plan.latency_cycles)
-            end = min(ends, default=begin + fifo.depth * plan.initiation_interval)
-            found[fifo.id] = (begin, max(begin, end))
-        return found[fifo.id]
-
-    for fifo in plan.fifos:
-        span(fifo, (fifo.id,))
-    return found
-
-
-def _owner(sink: str) -> str:
-    return sink.partition(".")[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cordicc.backends.pictures.svg import clean
+from cordicc.backends.escaping import clean
 from cordicc.plan.model import Plan
 
 _TEMPLATE = '''\
@@ -16,7 +16,7 @@ Takes the options of `cordicc simulate`, for example --random 1000 or --inputs i
 import sys
 from pathlib import Path
 
-from cordicc.cli.main import main
+from cordicc.cli import main
 
 if __name__ == "__main__":
     plan = Path(__file__).resolve().with_name("plan.json")

@@ -118,7 +118,7 @@ def _taken_over(final: Path, fresh: Path, files: Mapping[str, str]) -> bool:
         for entry in others:  # folders cannot be linked
             os.link(entry.path, fresh / entry.name, follow_symlinks=False)
         fresh.chmod(final.stat().st_mode & 0o7777)
-        _exchange(final, fresh)
+        exchange(final, fresh)
     except (OSError, AttributeError):
         return False
     old, new = fresh, final
@@ -127,11 +127,11 @@ def _taken_over(final: Path, fresh: Path, files: Mapping[str, str]) -> bool:
             linked = old / f"{_ASIDE}{name}"
             os.link(new / name, linked)
             os.replace(linked, old / name)
-        _exchange(final, fresh)
+        exchange(final, fresh)
     return True
 
 
-def _exchange(one: Path, other: Path) -> None:
+def exchange(one: Path, other: Path) -> None:
     """Exchange the names of two folders in one step; raises AttributeError where there is no such call."""
     rename = ctypes.CDLL(None, use_errno=True).renameat2
     if rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE):

@@ -1,1 +1,5 @@
-"""The command line, one file a command; `main` gathers them, `arguments` says what several take."""
+"""The command line: one command a file, `main` gathers them, `arguments` says what several take."""
+
+from cordicc.cli.main import main
+
+__all__ = ["main"]

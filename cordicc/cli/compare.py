@@ -13,8 +13,9 @@ from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
-from cordicc.cli.simulate import Run, again, dumped, print_told
-from cordicc.emulate.expected import TOLERANCE, Allowed, Verdict, check_golden
+from cordicc.cli.sample_run import SampleRun, again
+from cordicc.cli.simulation_text import dumped, print_told
+from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
 from cordicc.emulate.long_run import Samples
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.plan.model import Plan
@@ -23,7 +24,7 @@ _MARGIN = 2.0
 """Times the largest error observed is allowed where no bound holds."""
 
 
-def check_expected(run: Run, inputs: Path, expected: Path, tolerance: float | None) -> int:
+def check_expected(run: SampleRun, inputs: Path, expected: Path, tolerance: float | None) -> int:
     """Compare the outputs with expected ones, print the worst rows, return the exit status: 1 if any differs.
 
     Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else what is
@@ -92,7 +93,7 @@ def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
     return allowed
 
 
-def _verdict_sheet(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | None]) -> Sheet:
+def _verdict_sheet(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None]) -> Sheet:
     agrees = "as expected" if verdict.agrees else "not as expected"
     title = f"{plan.name} on {plan.target.name}: {count(verdict.rows, 'row')}, {agrees}"
     lines = []
@@ -124,7 +125,7 @@ def _stated(limit: _Limit | None) -> float | None:
     return limit.elsewhere if limit.proven is None else limit.proven
 
 
-def _verdict_json(plan: Plan, verdict: Verdict, limits: Mapping[str, _Limit | None]) -> str:
+def _verdict_json(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None]) -> str:
     keys = ("row", "output", "simulated", "expected", "allowed")
     outputs = {
         name: {

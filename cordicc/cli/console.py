@@ -154,18 +154,18 @@ def watched(parts: Iterable[T], total: int, noun: str) -> Iterator[T]:
 
 
 @contextmanager
-def stages(quiet: bool) -> Iterator[Callable[[str], None]]:
+def stages(quiet: bool, clock: Callable[[], float] = monotonic) -> Iterator[Callable[[str], None]]:
     """Give what is called with the name of each stage of a run; those after a second show on a terminal."""
     if quiet or not is_terminal(sys.stderr):
         yield lambda name: None
         return
-    start, status = monotonic(), None
+    start, status = clock(), None
 
     def enter(name: str) -> None:
         nonlocal status
         if status is not None:
             status.update(f"{name} ...")
-        elif monotonic() - start > _STAGE_SECONDS:
+        elif clock() - start > _STAGE_SECONDS:
             status = _console(sys.stderr).status(f"{name} ...")
             status.start()
 

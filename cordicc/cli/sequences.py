@@ -1,4 +1,4 @@
-"""The commands that study iterations: `cordicc trace` and `cordicc sequences`."""
+"""`cordicc sequences`: shift sequences listed, checked and searched."""
 
 from __future__ import annotations
 
@@ -6,68 +6,11 @@ import os
 
 import click
 
-from cordicc.cli.console import show, tell, watched
-
-_MODES = ("rotation", "vectoring", "implicit")
-_TRACED = ("standard", "krieger96", "root-free", "single-rotation")
+from cordicc.cli.arguments import JOBS, cluster_option
+from cordicc.cli.console import show, watched
 
 
-@click.command()
-@click.argument("mode", type=click.Choice(_MODES))
-@click.option("--x", default="1", show_default=True, metavar="NUMBER", help="x of the start; A if implicit.")
-@click.option("--y", default="0", show_default=True, metavar="NUMBER", help="y of the start; B if implicit.")
-@click.option("--z", default="0", show_default=True, metavar="NUMBER", help="z of the start.")
-@click.option("--target", metavar="NUMBER", help="C of the implicit equation.")
-@click.option(
-    "--sequence",
-    type=click.Choice(_TRACED),
-    help="Shifts and rule.  [default: standard, or single-rotation if implicit]",
-)
-@click.option("--iterations", type=click.IntRange(1, 60), help="How many.  [default: to shift 17]")
-@click.option(
-    "--m",
-    type=click.Choice(["1", "0", "-1"]),
-    default="1",
-    show_default=True,
-    help="Circular, linear or hyperbolic.",
-)
-@click.option("--branch", type=click.Choice(["+", "-"]), help="Which solution.  [default: -]")
-@click.option("--bits", type=click.IntRange(1, 40), help="Also run it in fixed point, to so many bits.")
-def trace(
-    mode: str,
-    x: str,
-    y: str,
-    z: str,
-    target: str | None,
-    sequence: str | None,
-    iterations: int | None,
-    m: str,
-    branch: str | None,
-    bits: int | None,
-) -> None:
-    """Print the iterations of one operation, to ten decimals.
-
-    Rotation drives z to 0, vectoring y to 0, implicit y to the C of B cos t + A sin t = C.  Numbers may be
-    constant expressions such as 3*pi/8.  With krieger96, z counts half of what the vector turns.  With --bits
-    a second table has the same iterations in integers, rounded as the units round.
-
-    \b
-    cordicc trace rotation --x 1 --y 1 --z 1.1780972451 --sequence krieger96
-    cordicc trace implicit --x 1 --y 2 --target 0.5 --branch +
-    """  # noqa: D301
-    from cordicc.frontend.option import option_number
-    from cordicc.studies.iteration_table import Request, trace_text
-
-    at = [option_number(text, name) for name, text in (("--x", x), ("--y", y), ("--z", z))]
-    goal = None if target is None else option_number(target, "--target")
-    rule = sequence or ("single-rotation" if mode == "implicit" else "standard")
-    request = Request(mode, rule, int(m), at[0], at[1], at[2], goal, iterations, branch, bits)
-    text, warnings = trace_text(request)
-    tell(warnings)
-    click.echo(text, nl=False)
-
-
-@click.command()
+@click.command("sequences")
 @click.argument("name", required=False)
 @click.option("--search", is_flag=True, help="Search root-free circular sequences exhaustively.")
 @click.option(
@@ -87,8 +30,8 @@ def trace(
 @click.option(
     "--allow-zero/--no-zero", default=None, help="Only with, or only without S = 0.  [default: both]"
 )
-@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes.  [default: one a core]")
-@click.option("--cluster", metavar="ADDRESS", help="Search on the Dask cluster of this scheduler instead.")
+@JOBS
+@cluster_option("Search on the Dask cluster of this scheduler instead.")
 @click.option(
     "--limit",
     type=click.IntRange(1, 1000),
@@ -97,7 +40,7 @@ def trace(
     help="Sets to print of each length.",
 )
 @click.pass_context
-def sequences(
+def command(
     ctx: click.Context,
     name: str | None,
     search: bool,
@@ -132,7 +75,7 @@ def sequences(
         else:
             click.echo(sequence_listing.detail_text(name), nl=False)
         return
-    from cordicc.frontend.option import option_number
+    from cordicc.frontend.reading import option_number
     from cordicc.studies.cluster import outcomes as on_cluster
     from cordicc.studies.sequence_search import Outcome, ZeroShift, merge, outcomes, tasks
 

@@ -1,348 +1,129 @@
-"""What `cordicc simulate` does: streams of samples through a plan, and the texts about their errors."""
+"""`cordicc simulate`: a plan run on samples, and compared with its equations or with expected outputs."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack
-from dataclasses import replace
-from functools import partial
+import math
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import click
-import numpy as np
 
-from cordicc.backends.text.summary import comparison_data, comparison_sheet, count
-from cordicc.base.diagnostics import Diagnostic, InvalidInput
-from cordicc.base.text_tables import Sheet
-from cordicc.certify.error_network import network
-from cordicc.certify.own_bounds import own_bounds
-from cordicc.certify.plans import StatedBounds
-from cordicc.cli.console import Progress, show
-from cordicc.emulate import cycle, extremes, functional
-from cordicc.emulate.histogram import Errors, Worst
-from cordicc.emulate.judging import MOST_BEYOND, Judged, Judgement, Limits
-from cordicc.emulate.long_run import REFERENCE_SAMPLES, Report, Samples, run_parts
-from cordicc.emulate.observation import DEFAULT_SAMPLES, reference_samples
-from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
-from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.sampling import draw_parts
-from cordicc.plan.model import Plan
-
-BOUND = "bound_"
-"""Before the name of an output: the column with the bound of the sample's own error."""
-
-_BAR = 40
-_MOST_CAUSES = 5
-_NUMBER_BYTES = 12
-"""About what a number takes in a CSV file."""
+from cordicc.base.diagnostics import Diagnostic, Severity
+from cordicc.cli.arguments import (
+    FILE,
+    NOT_NEGATIVE,
+    PLAN_OR_PROBLEM,
+    POSITIVE,
+    json_option,
+    plan_or_problem,
+    write_or_print,
+)
+from cordicc.cli.console import tell
 
 
-class Run(NamedTuple):
-    """A plan, how it is run, how results are told; whether each sample's own bounds are written."""
-
-    plan: Plan
-    cycle_accurate: bool
-    as_json: bool
-    tell: Callable[[Iterable[Diagnostic]], None]
-    own_bounds: bool = False
-
-    @property
-    def inputs(self) -> list[str]:
-        """Return the names of the inputs."""
-        return list(self.plan.problem.input_names)
-
-    @property
-    def columns(self) -> list[str]:
-        """Return the names of the columns that are written, but for `valid`."""
-        outputs = list(self.plan.outputs)
-        if not self.own_bounds:
-            return outputs
-        if twice := [name for name in outputs if name.startswith(BOUND) and name[len(BOUND) :] in outputs]:
-            message = f"output '{twice[0]}' has the name of a column of --own-bounds"
-            raise InvalidInput([Diagnostic("E612", message, hint="rename the output")])
-        return [*outputs, *(BOUND + name for name in outputs)]
-
-    def about_rows(self, file: Path) -> int:
-        """Return about how many samples a file of inputs has."""
-        return file.stat().st_size // (_NUMBER_BYTES * max(1, len(self.inputs)))
-
-    def simulator(self, first: Samples, total: int) -> Callable[[Samples], dict[str, Any]]:
-        """Return what runs a part, fit for about `total` samples of which `first` are the first."""
-        machine = self.plan.arithmetic
-        if self.cycle_accurate:
-            return partial(cycle.run, self.plan, machine)
-        return partial(functional.run, self.plan, functional.accelerated(self.plan, machine, first, total))
+def _finite(ctx: click.Context, param: click.Parameter, number: float | None) -> float | None:
+    """Return the number of an option; raise BadParameter for one that is not finite."""
+    if number is not None and not math.isfinite(number):
+        raise click.BadParameter(f"{number} is not a finite number", ctx, param)
+    return number
 
 
-class Reference(NamedTuple):
-    """How many samples are compared in high precision (None: none with anything); whether to search.
+@click.command("simulate")
+@PLAN_OR_PROBLEM
+@click.option("--inputs", type=FILE, metavar="IN.csv|IN.npz", help="Samples, under the names of the inputs.")
+@click.option("--random", "count", type=POSITIVE, help="Draw so many samples.  [default: 10000]")
+@click.option("--seed", type=NOT_NEGATIVE, default=0, show_default=True, help="Seed of the drawing.")
+@click.option(
+    "--outputs",
+    type=FILE,
+    metavar="OUT.csv|OUT.npz",
+    help="Write the outputs and 'valid'; '-': CSV to stdout.",
+)
+@click.option(
+    "--compare",
+    nargs=2,
+    type=FILE,
+    metavar="IN EXPECTED",
+    help="Compare with expected outputs instead of the equations; exit status 1 if they differ.",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    callback=_finite,
+    help="Largest difference that --compare allows.  [default: columns tol_<output>, else what is proven of "
+    "the row; where nothing is, twice the largest error observed]",
+)
+@click.option(
+    "--reference",
+    type=NOT_NEGATIVE,
+    metavar="N",
+    help="Evaluate the equations in high precision for N samples.  [default: 10000]",
+)
+@click.option(
+    "--own-bounds",
+    is_flag=True,
+    help="Add a column bound_<output> to --outputs: the proven bound of each sample's own error.",
+)
+@click.option("--no-reference", is_flag=True, help="Only run the plan; compare with nothing.")
+@click.option("--report", is_flag=True, help="Show histograms and worst inputs, and search for worse ones.")
+@click.option("--cycle-accurate", is_flag=True, help="Execute units, pipelines and FIFOs clock by clock.")
+@click.option("--vcd", type=FILE, metavar="FILE", help="Write the waveform of the first samples.")
+@click.option(
+    "--vcd-samples", type=POSITIVE, default=100, show_default=True, metavar="N", help="Samples of --vcd."
+)
+@json_option("the errors")
+@click.pass_context
+def command(
+    ctx: click.Context,
+    plan: Path,
+    inputs: Path | None,
+    count: int | None,
+    seed: int,
+    outputs: Path | None,
+    compare: tuple[Path, Path] | None,
+    tolerance: float | None,
+    reference: int | None,
+    own_bounds: bool,
+    no_reference: bool,
+    report: bool,
+    cycle_accurate: bool,
+    vcd: Path | None,
+    vcd_samples: int,
+    as_json: bool,
+) -> None:
+    """Run a plan, bit-true, compare it with the equations and judge the bounds that it states.
 
-    With `fewer`, large problems have fewer: as many as `reference_samples` says.
-    """
+    PLAN is a plan.json; a problem FILE is compiled first with the default options.
 
-    samples: int | None
-    search: bool
-    fewer: bool = False
+    \b
+    cordicc simulate build/planar-2r/plan.json --random 1000
+    cordicc simulate arm.yaml --inputs poses.csv --outputs angles.csv --cycle-accurate
+    cordicc simulate arm.yaml --compare poses.csv expected.csv
+    """  # noqa: D301
+    from cordicc.cli.sample_run import Reference, SampleRun, run_samples
 
-    @classmethod
-    def of(cls, samples: int | None, none: bool, search: bool) -> Reference:
-        """Return what the options ask for."""
-        wanted = REFERENCE_SAMPLES if samples is None else samples
-        return cls(None if none else wanted, search, samples is None)
+    if inputs is not None and count is not None:
+        raise click.UsageError("--inputs and --random exclude each other")
+    if compare and any(option is not None for option in (inputs, count, outputs, vcd)):
+        raise click.UsageError("--compare excludes --inputs, --random, --outputs and --vcd")
+    if no_reference and (reference is not None or report):
+        raise click.UsageError("--no-reference excludes --reference and --report")
+    if tolerance is not None and not compare:
+        raise click.UsageError("--tolerance goes with --compare")
+    if own_bounds and outputs is None:
+        raise click.UsageError("--own-bounds goes with --outputs")
+    run = SampleRun(plan_or_problem(plan), cycle_accurate, as_json, tell, own_bounds)
+    if compare:
+        from cordicc.cli.compare import check_expected
 
+        ctx.exit(check_expected(run, *compare, tolerance))
+    if vcd is not None:
+        from cordicc.emulate import waveform
+        from cordicc.emulate.observation import DEFAULT_SAMPLES
 
-def run_samples(
-    run: Run, inputs: Path | None, random: int | None, seed: int, outputs: Path | None, reference: Reference
-) -> int:
-    """Run a plan on samples of a file or drawn ones; write the outputs and print the errors.
-
-    Returns the exit status: 1 if a sample is beyond a bound that the plan states, which is told as well.
-    """
-    plan = run.plan
-    if inputs is None:
-        total: int | None = random or DEFAULT_SAMPLES
-        expected = random or DEFAULT_SAMPLES
-        parts = draw_parts(plan.problem.workspace, expected, seed, PART_ROWS)
-    else:
-        table = read_table(inputs, Columns(run.inputs))
-        run.tell(table.warnings)
-        total, parts = None, table.parts
-        expected = run.about_rows(inputs)
-    first = next(parts)
-    simulate = run.simulator(first, expected)
-    progress = Progress(total, "samples")
-    with ExitStack() as stack:
-        stack.callback(progress.done)
-        take = _sink(outputs, run.columns, stack)
-        each = _with_own_bounds(plan, simulate) if run.own_bounds else simulate
-        stream = again(first, parts)
-        if reference.samples is None:
-            told: str | Sheet = _only_run(run, stream, each, take, progress)
-            beyond: list[Diagnostic] = []
-        else:
-            graph, angles = plan.problem.program, plan.problem.angles
-            precise = reference_samples(graph) if reference.fewer else reference.samples
-            stated = StatedBounds.of(plan)
-            limits = None if stated is None else Limits(stated.values, stated.inside)
-            report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits)
-            found = _search(plan, report, simulate) if reference.search else None
-            beyond = _beyond(report.judgement, found or {})
-            told = (
-                _json(plan, report, found) if run.as_json else _sheet(plan, report, found, reference.search)
-            )
-    print_told(told, err=str(outputs) == "-")
-    run.tell(beyond)
-    return 1 if beyond else 0
-
-
-def _with_own_bounds(
-    plan: Plan, simulate: Callable[[Samples], dict[str, Any]]
-) -> Callable[[Samples], dict[str, Any]]:
-    """Return what runs a plan and bounds the error of each sample, nan where it is invalid.
-
-    Raises InvalidInput for a plan without the operations that a proof needs, or with those of another.
-    """
-    try:
-        net = network(plan)
-    except (AssertionError, LookupError, ValueError):
-        message = "the plan has no unit program of its operations, without which nothing can be proven"
-        raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
-
-    def run(samples: Samples) -> dict[str, Any]:
-        outputs = simulate(samples)
-        valid = outputs["valid"].astype(bool)
-        own = own_bounds(net, list(plan.outputs), {n: column[valid] for n, column in samples.items()})
-        for name, bounds in own.items():
-            outputs[BOUND + name] = np.full(valid.shape, np.nan)
-            outputs[BOUND + name][valid] = bounds
-        return outputs
-
-    return run
-
-
-def print_told(told: str | Sheet, *, err: bool = False) -> None:
-    """Print a JSON text or a sheet."""
-    if isinstance(told, Sheet):
-        show(told, err=err)
-    else:
-        click.echo(told, nl=False, err=err)
-
-
-def _beyond(judgement: Judgement | None, found: Mapping[str, Worst | None]) -> list[Diagnostic]:
-    """Return a diagnostic for each output with samples beyond its bound, those of a search included."""
-    if judgement is None:
-        return []
-    for name, worst in found.items():
-        if worst is not None:
-            judgement.add_found(name, worst)
-    diagnostics = []
-    for name, judged in judgement.found.items():
-        if judged.worst is None:
-            continue
-        values = ", ".join(f"{n} = {number!r}" for n, number in judged.worst.inputs.items())
-        message = (
-            f"the error of '{name}' exceeds its proven bound {judged.bound:.3g}, {_how_many(judged)}: "
-            f"{judged.worst.error:.3g} at {values}"
-        )
-        hint = "a fault in cordicc, please report it, unless plan.json was changed"
-        diagnostics.append(Diagnostic("E620", message, hint=hint))
-    return diagnostics
-
-
-def _how_many(judged: Judged) -> str:
-    more = " or more" if judged.beyond >= MOST_BEYOND else ""
-    return f"in {judged.beyond}{more} of {count(judged.inside, 'sample')} inside"
-
-
-def again(first: Samples, rest: Iterator[Samples]) -> Iterator[Samples]:
-    """Return a stream of samples of which the first part was taken."""
-    yield first
-    yield from rest
-
-
-def _sink(path: Path | None, names: list[str], stack: ExitStack) -> Write:
-    """Return what takes the outputs of each part."""
-    if path is None:
-        return lambda outputs: None
-    if str(path) == "-":
-        click.echo(csv_header(names), nl=False)
-        return lambda outputs: click.echo(csv_rows(names, outputs), nl=False)
-    return stack.enter_context(table_writer(path, names))
-
-
-def _only_run(
-    run: Run,
-    parts: Iterator[Samples],
-    simulate: Callable[[Samples], dict[str, Any]],
-    take: Write,
-    progress: Progress,
-) -> str | Sheet:
-    samples = valid = 0
-    for part in parts:
-        outputs = simulate(part)
-        take(outputs)
-        samples, valid = samples + len(outputs["valid"]), valid + int(outputs["valid"].sum())
-        progress.reached(samples)
-    if run.as_json:
-        data = {"name": run.plan.name, "target": run.plan.target.name, "samples": samples, "valid": valid}
-        return dumped(data)
-    return Sheet(f"{run.plan.name} on {run.plan.target.name}: {count(samples, 'sample')}, {valid} valid")
-
-
-def _search(
-    plan: Plan, report: Report, simulate: Callable[[Samples], dict[str, Any]]
-) -> dict[str, Worst | None] | None:
-    """Search for larger errors of each output; None where inputs depend on one another."""
-    if plan.problem.samples is not None:
-        return None
-    graph = plan.problem.program
-    ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
-    inside = {
-        name: [w for w in worst if all(each.lo <= w.inputs[n] <= each.hi for n, each in ranges.items())]
-        for name, worst in report.worst.items()
-    }
-    return {
-        name: extremes.search(graph, is_angle, name, ranges, inside[name], simulate)
-        for name, is_angle in plan.problem.angles.items()
-    }
-
-
-def dumped(data: Mapping[str, Any]) -> str:
-    """Return plain data as a JSON text."""
-    return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
-
-
-def _json(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> str:
-    data = comparison_data(plan, report.comparison)
-    data |= {"referenced": report.referenced, "screened": report.screened}
-    data["undefined"] = [
-        {"equation": cause.equation, "reason": cause.reason, "samples": samples, "first": first + 1}
-        for cause, samples, first in report.causes
-    ]
-    for name, record in data["accuracy"].items():
-        record["histogram"] = [[lower, number] for lower, number in report.errors[name].rows()]
-        record["worst"] = [_worst_data(worst) for worst in report.worst[name]]
-        record["screening_error"] = report.screening_error[name] if report.screened else None
-        record["judged"] = _judged_data(report.judgement, name)
-        if found is not None:
-            worst = found[name]
-            record["search"] = None if worst is None else _worst_data(worst)
-    return dumped(data)
-
-
-def _judged_data(judgement: Judgement | None, output: str) -> dict[str, Any] | None:
-    if judgement is None or output not in judgement.found:
-        return None
-    judged = judgement.found[output]
-    return {
-        "samples": judged.samples,
-        "inside": judged.inside,
-        "beyond": judged.beyond,
-        "worst_beyond": None if judged.worst is None else _worst_data(judged.worst),
-    }
-
-
-def _worst_data(worst: Worst) -> dict[str, Any]:
-    return {"error": worst.error, "sample": worst.sample, "inputs": worst.inputs}
-
-
-def _sheet(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None, details: bool) -> Sheet:
-    judged = {} if report.judgement is None else report.judgement.found
-    sheet = comparison_sheet(plan, report.comparison, judged)
-    lines = [
-        f"  {count(samples, 'sample')} without a value, {cause.reason} in the equation of "
-        f"'{cause.equation}', first sample {first + 1}"
-        for cause, samples, first in report.causes[:_MOST_CAUSES]
-    ]
-    if more := report.causes[_MOST_CAUSES:]:
-        lines.append(f"  {count(sum(n for _, n, _ in more), 'sample')} without a value for other reasons")
-    if report.screened:
-        gaps = [gap for gap in report.screening_error.values() if gap is not None]
-        known = f", there at most {max(gaps):.2g} from it" if gaps else ""
-        lines.append(
-            f"  {count(report.referenced, 'sample')} against high precision, {report.screened} against "
-            f"double precision{known}; the worst of these again against high precision"
-        )
-    lines += _details(plan, report, found) if details else []
-    return replace(sheet, blocks=(*sheet.blocks, *lines))
-
-
-def _details(plan: Plan, report: Report, found: Mapping[str, Worst | None] | None) -> list[str]:
-    """Return lines with the histogram and the worst inputs of each output."""
-    lines: list[str] = []
-    angles = plan.problem.angles
-    for name, errors in report.errors.items():
-        unit = " rad" if angles[name] else ""
-        lines += ["", f"{name}: errors", *_bars(errors, unit), *_worst_lines(name, report, found, unit)]
-    return lines
-
-
-def _bars(errors: Errors, unit: str) -> list[str]:
-    rows = errors.rows()
-    most = max((number for _, number in rows), default=1)
-    width = len(str(most))
-    lines = []
-    for lower, number in rows:
-        label = "exactly 0" if lower == 0 else f"{lower:8.2g} to {2 * lower:8.2g}{unit}"
-        bar = "#" * -(-_BAR * number // most)
-        lines.append(f"  {label:<{20 + len(unit)}}  {number:>{width}}  {bar}".rstrip())
-    return lines
-
-
-def _worst_lines(name: str, report: Report, found: Mapping[str, Worst | None] | None, unit: str) -> list[str]:
-    """Return a line for each of the worst samples, and for what the search found."""
-    worst = list(report.worst[name])
-    top = None if found is None else found[name]
-    if top is not None:
-        worst = [top, *worst]
-    lines = []
-    for each in worst:
-        origin = "search" if each.sample is None else f"sample {each.sample}"
-        values = ", ".join(f"{n} = {number!r}" for n, number in each.inputs.items())
-        lines.append(f"  {each.error:.3g}{unit}, {origin}: {values}")
-    if found is None:
-        lines.append("  no search: the inputs depend on one another")
-    return lines
+        drawn = count or DEFAULT_SAMPLES
+        first, more = waveform.first_samples(run.plan.problem, inputs, drawn, seed, vcd_samples)
+        write_or_print(vcd, waveform.render(run.plan, first))
+        if more:
+            message = f"the waveform holds the first {vcd_samples} samples"
+            tell([Diagnostic("W616", message, hint="--vcd-samples N writes N", severity=Severity.WARNING)])
+    ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))

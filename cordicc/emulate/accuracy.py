@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cordicc.emulate.histogram import Errors, angular
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,20 +45,20 @@ class Comparison:
     lost_at: int | None
 
 
-class Exact(NamedTuple):
+class ReferenceOutputs(NamedTuple):
     """What the equations say of samples: the outputs, float64 of shape (n,), and which are defined."""
 
     outputs: Mapping[str, NDArray[Any]]
     defined: NDArray[Any]
 
 
-def exact(graph: Graph, inputs: Mapping[str, NDArray[Any]]) -> Exact:
+def exact(graph: Graph, inputs: Mapping[str, NDArray[Any]]) -> ReferenceOutputs:
     """Evaluate the equations as written on samples, float64 of shape (n,), in high precision."""
-    return Exact(*evaluate(graph, inputs))
+    return ReferenceOutputs(*reference_outputs(graph, inputs))
 
 
 def errors(
-    reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]
+    reference: ReferenceOutputs, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
     """Return each output's errors, of angles modulo 2 pi, on the samples valid in both; see `compare`."""
     values, defined = reference
@@ -69,7 +69,9 @@ def errors(
     return found
 
 
-def compare(reference: Exact, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]) -> Comparison:
+def compare(
+    reference: ReferenceOutputs, angles: Mapping[str, bool], outputs: Mapping[str, NDArray[Any]]
+) -> Comparison:
     """Compare simulated outputs with the high-precision evaluation of the equations.
 
     Args:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate.histogram import Errors, angular, worst_first
 
-Floats = NDArray[np.float64]
 Rows = Iterator[Mapping[str, Floats]]
 Allowed = Callable[[Mapping[str, Floats]], Mapping[str, Floats]]
 """Returns, of samples valid in both, by output the largest difference of each."""
@@ -22,7 +22,7 @@ TOLERANCE = "tol_"
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ExpectedVerdict:
     """How a plan's outputs compare with expected ones.
 
     `differences` are by output, over rows valid in both; `beyond` counts the differences larger than
@@ -50,7 +50,7 @@ def check_golden(
     allowed: Allowed,
     simulate: Callable[[Mapping[str, Floats]], Mapping[str, NDArray[Any]]],
     worst: int = 10,
-) -> Verdict:
+) -> ExpectedVerdict:
     """Compare a plan's outputs with expected ones, part by part.
 
     Args:
@@ -99,7 +99,7 @@ def check_golden(
         wrong = sorted(wrong, key=lambda each: (-each[0], each[1][:2]))[:worst]
         row += len(ok)
     listed = tuple(line for _, line in wrong)
-    return Verdict(row, differences, beyond, validity, first_invalid, listed)
+    return ExpectedVerdict(row, differences, beyond, validity, first_invalid, listed)
 
 
 def _paired(inputs: Rows, expected: Rows) -> Iterator[tuple[Mapping[str, Floats], Mapping[str, Floats]]]:

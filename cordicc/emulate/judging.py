@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 
-Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
 
 MOST_BEYOND = 1000
@@ -23,7 +23,7 @@ _NEAR = 1 - 2.0**-10
 """Share of a bound from which an error in double precision is looked at again."""
 
 
-class Limits(NamedTuple):
+class ConditionalBounds(NamedTuple):
     """Bounds by output, and what tells, by output with a bound, which valid samples they hold for."""
 
     values: Mapping[str, float]
@@ -74,7 +74,7 @@ class Judgement:
 
     graph: Graph
     angles: Mapping[str, bool]
-    limits: Limits
+    limits: ConditionalBounds
     found: dict[str, Judged] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -108,7 +108,9 @@ class Judgement:
             if len(made) >= room:
                 break
             rows = over[begin : begin + MOST_BEYOND]
-            values, defined = evaluate(self.graph, {n: column[rows] for n, column in part.inputs.items()})
+            values, defined = reference_outputs(
+                self.graph, {n: column[rows] for n, column in part.inputs.items()}
+            )
             errors = angular(part.outputs[name][rows] - values[name], self.angles[name])
             beyond = np.flatnonzero(defined & (errors > judged.bound))
             made += [(int(rows[at]), float(errors[at])) for at in beyond]

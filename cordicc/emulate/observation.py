@@ -1,4 +1,4 @@
-"""Running a finished plan: the errors that are seen, and whether samples are lost."""
+"""Running a finished plan: the errors that are seen, whether samples are lost, and where."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
-from cordicc.emulate.lost import first_invalid
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir import sampling
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
-from cordicc.plan.model import Plan
+from cordicc.plan.model import Operation, Plan, dependence_order
 from cordicc.plan.origin import PlanProblem, told
 from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
 
@@ -88,7 +91,7 @@ def compare(plan: Plan, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -
     return accuracy.compare(exact(plan.problem, inputs), plan.problem.angles, outputs)
 
 
-def exact(problem: PlanProblem, inputs: Mapping[str, Any]) -> accuracy.Exact:
+def exact(problem: PlanProblem, inputs: Mapping[str, Any]) -> accuracy.ReferenceOutputs:
     """Return what the equations as written say of samples."""
     return accuracy.exact(problem.program, inputs)
 
@@ -107,3 +110,24 @@ def _lost(plan: Plan, inputs: Mapping[str, Any], comparison: accuracy.Comparison
     if comparison.valid:
         return Diagnostic("W410", message, None, f"they are marked invalid; {example}", Severity.WARNING)
     return Diagnostic("E410", message, None, f"narrow the input ranges, or use other units; {example}")
+
+
+def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float]) -> Operation | None:
+    """Return the first operation that makes an invalid word from valid ones; None if none does."""
+    samples, _ = prepare(plan, {name: np.array([number]) for name, number in sample.items()})
+    formats = PortFormats.of(plan, arithmetic)
+    signals = formats.encode(samples)
+    for operation in dependence_order(plan):
+        operands = [
+            constant_signal(arithmetic, operand, 1) if operand.value is None else signals[operand.value]
+            for operand in operation.operands
+        ]
+        results = arithmetic.execute(
+            operation.op, operation.params, operation.kind, operands, formats.of_results(operation)
+        )
+        for name, signal in zip(operation.results, results, strict=True):
+            if name is not None and signal is not None:
+                signals[name] = signal
+                if np.isnan(signal.values).any():
+                    return operation
+    return None

@@ -14,12 +14,10 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
 from cordicc.base.files import failure
-
-Floats = NDArray[np.float64]
 
 PART_ROWS = 1 << 16
 """Rows of a part: enough to hide what a part costs, few enough to need little memory."""
@@ -42,7 +40,7 @@ class Columns(NamedTuple):
     some: bool = False
 
 
-class Table(NamedTuple):
+class OpenedTable(NamedTuple):
     """The columns found, their parts in order (at least one, perhaps without rows), and warnings."""
 
     names: tuple[str, ...]
@@ -50,7 +48,7 @@ class Table(NamedTuple):
     warnings: list[Diagnostic]
 
 
-def read_table(path: Path, columns: Columns, part: int = PART_ROWS) -> Table:
+def read_table(path: Path, columns: Columns, part: int = PART_ROWS) -> OpenedTable:
     """Open a file of columns; what follows the header is read as the parts are taken.
 
     Raises:
@@ -96,7 +94,7 @@ class _Row(NamedTuple):
     line: str
 
 
-def _read_csv(file: IO[str], path: Path, columns: Columns, part: int) -> Table:
+def _read_csv(file: IO[str], path: Path, columns: Columns, part: int) -> OpenedTable:
     lines = _Lines(file, path)
     rows = _rows(lines, csv.reader(iter(lines), strict=True))
     first = next(rows, None)
@@ -112,7 +110,7 @@ def _read_csv(file: IO[str], path: Path, columns: Columns, part: int) -> Table:
         while taken := list(islice(rows, part)):
             yield _numbers(taken, where, len(header), path, columns.nan)
 
-    return Table(names, parts(), warnings)
+    return OpenedTable(names, parts(), warnings)
 
 
 def _rows(lines: _Lines, reader: Iterator[list[str]]) -> Iterator[_Row]:
@@ -227,7 +225,7 @@ def _decimal(text: str) -> float | None:
         return None
 
 
-def _read_npz(path: Path, columns: Columns, part: int) -> Table:
+def _read_npz(path: Path, columns: Columns, part: int) -> OpenedTable:
     try:
         archive = zipfile.ZipFile(path)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
@@ -248,7 +246,7 @@ def _read_npz(path: Path, columns: Columns, part: int) -> Table:
                 size = min(part, total - begin)
                 yield {name: array.take(size, begin, columns.nan) for name, array in arrays.items()}
 
-    return Table(names, parts(), warnings)
+    return OpenedTable(names, parts(), warnings)
 
 
 class _Array(NamedTuple):

@@ -14,18 +14,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from vcd import VCDWriter
 from vcd.writer import Variable
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Bools, Floats, Words
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.ir.sampling import draw_parts
-from cordicc.plan.model import Operation, Plan, Unit
+from cordicc.plan.model import Operation, Plan
+from cordicc.plan.netlist import Cell, Driver, FifoEnd, InputWord, Netlist
 from cordicc.plan.origin import PlanProblem
 
 MOST_SIGNAL_CYCLES = 20_000_000
@@ -34,7 +36,7 @@ MOST_SIGNAL_CYCLES = 20_000_000
 _TIME_UNITS = ("s", "ms", "us", "ns", "ps", "fs")
 _FEMTOSECONDS = 10**15
 
-Samples = dict[str, NDArray[np.float64]]
+Samples = dict[str, Floats]
 State = int | str | None
 """Bits, a text, or None for unknown."""
 
@@ -71,7 +73,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
     samples, in_range = prepare(plan, inputs)
     count = in_range.size
     cycles = plan.latency_cycles + (count - 1) * plan.initiation_interval + 1 if count else 0
-    half_period, timescale = _time(plan.clock_hz)
+    half_period, timescale = timing(plan.clock_hz)
     text = io.StringIO()
     about = _about_words(plan, arithmetic)
     with VCDWriter(
@@ -94,7 +96,7 @@ def render(plan: Plan, inputs: Mapping[str, ArrayLike]) -> str:
 
 def _about_words(plan: Plan, arithmetic: Arithmetic) -> str:
     """Return what the words stand for, in words: their binary points if they are fixed."""
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     points = {
         name: format_.fraction_bits
         for name, format_ in {**formats.values, **formats.outputs}.items()
@@ -112,7 +114,7 @@ def _check_size(signals: int, cycles: int) -> None:
         raise Unattainable([Diagnostic("E616", message, hint="write fewer samples: --vcd-samples")])
 
 
-def _time(clock_hz: float) -> tuple[int, str]:
+def timing(clock_hz: float) -> tuple[int, str]:
     """Return half a clock period, and the coarsest timescale in which it is whole (to a femtosecond)."""
     half = max(1, round(_FEMTOSECONDS / clock_hz / 2))
     scales = ((f * 1000**p, f"{f} {_TIME_UNITS[-1 - p]}") for p in range(5, -1, -1) for f in (100, 10, 1))
@@ -126,28 +128,25 @@ class _Signals:
     writer: VCDWriter
     plan: Plan
     arithmetic: Arithmetic
-    in_range: NDArray[np.bool_]
+    in_range: Bools
     probes: list[tuple[Variable[State], Probe]] = field(default_factory=list)
     names: dict[tuple[str, ...], set[str]] = field(default_factory=dict)
-    formats: Formats = field(init=False)
-    feeder: dict[str, str] = field(init=False)
+    formats: PortFormats = field(init=False)
+    netlist: Netlist = field(init=False)
 
     def __post_init__(self) -> None:
-        self.formats = Formats.of(self.plan, self.arithmetic)
-        self.feeder = {sink: fifo.id for fifo in self.plan.fifos for sink in fifo.sinks}
+        self.formats = PortFormats.of(self.plan, self.arithmetic)
+        self.netlist = Netlist.of(self.plan)
         interval = self.plan.initiation_interval
         if interval > 1:
             self._add((), "slot", (interval - 1).bit_length(), lambda snapshot: snapshot.cycle % interval)
         for name in self.plan.problem.input_names:
-            self._add_word(("inputs",), name, self._width(name), _wire(name))
+            self._add_word(("inputs",), name, self._width(name), _wire(InputWord(name)))
         for fifo in self.plan.fifos:
-            self._add_word(("fifos",), f"{fifo.id}_{fifo.value}", fifo.width, _fifo(fifo.id))
+            self._add_word(("fifos",), f"{fifo.id}_{fifo.value}", fifo.width, _wire(FifoEnd(fifo.id)))
         self._add_outputs()
-        on: dict[str, list[Operation]] = {}
-        for operation in self.plan.operations:
-            on.setdefault(operation.unit, []).append(operation)
-        for unit in self.plan.units:
-            self._add_unit(unit, on.get(unit.id, []))
+        for cell in self.netlist.cells.values():
+            self._add_unit(cell)
 
     def register(self, scope: tuple[str, ...], name: str, width: int | None) -> Variable[State]:
         """Declare a signal of so many bits, or one that carries text, under a name that VCD allows."""
@@ -196,25 +195,25 @@ class _Signals:
         numbers = [float(array[0]) for array in snapshot.outputs.values()]
         return int(bool(self.in_range[step]) and not np.isnan(numbers).any())
 
-    def _add_unit(self, unit: Unit, operations: list[Operation]) -> None:
-        scope = ("units", unit.id)
-        interval = self.plan.initiation_interval
+    def _add_unit(self, cell: Cell) -> None:
+        scope = ("units", cell.unit.id)
+        operations, interval = cell.operations, self.plan.initiation_interval
         entering = {operation.start % interval: operation for operation in operations}
         leaving = {operation.finish % interval: operation for operation in operations}
         if len(operations) > 1:
             self._add(scope, "operation", None, lambda s: getattr(entering.get(s.cycle % interval), "id", ""))
-        for at, inputs in enumerate(unit.inputs):
-            chosen = {word.slot: word.select[at] for word in unit.control if at < len(word.select)}
-            width = max(1, (len(inputs) - 1).bit_length())
-            self._add(scope, f"select_{at}", width, _selected(chosen, interval))
+            for at, multiplexer in enumerate(cell.ports):
+                width = max(1, (len(multiplexer.sources) - 1).bit_length())
+                self._add(scope, f"select_{at}", width, _selected(multiplexer.select, interval))
         for at, port in enumerate(_common([operation.ports for operation in operations])):
-            reads = {slot: self._port(o, at) for slot, o in entering.items() if at < len(o.ports)}
+            sources, select = cell.ports[at].sources, cell.ports[at].select
+            reads = {slot: _wire(sources[chosen]) for slot, chosen in select.items()}
             widths = [self._operand_width(o, at) for o in operations if at < len(o.ports)]
             self._add_word(scope, port, max(widths), _in_slot(reads, interval))
         results = [tuple(self._result_names(operation)) for operation in operations]
         for at, port in enumerate(_common(results)):
             made = {slot: o.results[at] for slot, o in leaving.items() if at < len(o.results)}
-            wires = {slot: _wire(name) for slot, name in made.items() if name is not None}
+            wires = {s: _wire(self.netlist.results[name].driver) for s, name in made.items() if name}
             widest = max((self._width(name) for name in made.values() if name is not None), default=0)
             if widest:
                 self._add_word(scope, f"result_{port}", widest, _in_slot(wires, interval))
@@ -230,22 +229,9 @@ class _Signals:
             return self._width(operand.value)
         return constant_signal(self.arithmetic, operand, 1).format.width_bits
 
-    def _port(self, operation: Operation, at: int) -> Callable[[Snapshot], Register]:
-        """Return what reads an operand port: a constant, the end of a FIFO, or a wire."""
-        operand = operation.operands[at]
-        if operand.value is None:
-            constant = constant_signal(self.arithmetic, operand, 1)
-            return lambda snapshot: constant
-        fifo = self.feeder.get(f"{operation.id}.{operation.ports[at]}")
-        return _wire(operand.value) if fifo is None else _fifo(fifo)
 
-
-def _wire(value: str) -> Callable[[Snapshot], Register]:
-    return lambda snapshot: snapshot.values.get(value)
-
-
-def _fifo(id: str) -> Callable[[Snapshot], Register]:
-    return lambda snapshot: snapshot.fifos[id]
+def _wire(driver: Driver) -> Callable[[Snapshot], Register]:
+    return lambda snapshot: snapshot.wires.get(driver)
 
 
 def _selected(select: Mapping[int, int], interval: int) -> Probe:
@@ -274,7 +260,7 @@ def _bits(register: Register, width: int) -> State:
     return None if register is None else _pattern(register.words, width)
 
 
-def _pattern(words: NDArray[np.generic], width: int) -> int:
+def _pattern(words: Words, width: int) -> int:
     """Return the bits of the first word."""
     word = np.atleast_1d(words)[:1]
     number = word.view(np.uint32)[0] if word.dtype == np.float32 else word[0]

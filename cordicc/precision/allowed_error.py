@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Protocol
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import percent
@@ -12,11 +13,36 @@ from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits
 
-if TYPE_CHECKING:
-    from cordicc.certify.certificate import Bound
-
 PlanWith = Callable[[int, int], Plan]
 """Makes the plan for words of a width outside and a number of guard bits."""
+
+
+class Condition(Protocol):
+    """What must hold of a sample for a bound to hold."""
+
+    @property
+    def text(self) -> str:
+        """The condition in words."""
+
+
+class ProvenBound(Protocol):
+    """What is proven of an output's error: a bound and where it holds, or None and the reason."""
+
+    @property
+    def value(self) -> float | None:
+        """The bound, in the unit of the output."""
+
+    @property
+    def where(self) -> Sequence[Condition]:
+        """The conditions under which it holds, all of them."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why there is no bound."""
+
+
+BoundsOf = Callable[[Plan, Mapping[str, float]], Mapping[str, ProvenBound]]
+"""Proves a bound of every output of a plan, given the errors that are allowed, by output."""
 
 _WIDER = 2
 """Bits by which words outside grow at a time."""
@@ -31,13 +57,7 @@ def allowed_errors(problem: PlanProblem) -> dict[str, float]:
     return {o.name: o.max_error for o in problem.outputs if o.max_error is not None}
 
 
-def _bounds(plan: Plan, allowed: Mapping[str, float]) -> Mapping[str, Bound]:
-    from cordicc.certify.plans import bounds_of  # most compilations need no bounds
-
-    return bounds_of(plan, allowed)
-
-
-def checked(plan: Plan) -> Plan:
+def checked(plan: Plan, bounds_of: BoundsOf) -> Plan:
     """Return a plan whose bounds are within the errors that its problem allows.
 
     Raises:
@@ -46,13 +66,13 @@ def checked(plan: Plan) -> Plan:
     allowed = allowed_errors(plan.problem)
     if not allowed:
         return plan
-    bounds = _bounds(plan, allowed)
+    bounds = bounds_of(plan, allowed)
     if missed := _missed(bounds, allowed):
         raise _refusal(missed, allowed, f"the number format of target '{plan.target.name}' is fixed")
     return plan
 
 
-def widened(plan: Plan, plan_with: PlanWith) -> Plan:
+def widened(plan: Plan, plan_with: PlanWith, bounds_of: BoundsOf) -> Plan:
     """Return the plan with the narrowest words whose proven bounds are within the allowed errors.
 
     Words outside grow by two bits at a time, with as many guard bits as there is room for; of the first
@@ -61,36 +81,40 @@ def widened(plan: Plan, plan_with: PlanWith) -> Plan:
     Args:
         plan: the plan chosen without regard to allowed errors, the first candidate.
         plan_with: makes the other candidates.
+        bounds_of: proves bounds of a candidate.
 
     Raises:
         TooInaccurate: no width will do (E413).
     """
     allowed = allowed_errors(plan.problem)
-    if not allowed or not _missed(_bounds(plan, allowed), allowed):
+    if not allowed or not _missed(bounds_of(plan, allowed), allowed):
         return plan
     system = plan.arithmetic.system
     assert isinstance(system, FixedSystem)
     width, between = system.width_bits, system.operand_bits
-    best: Mapping[str, Bound] = {}
+    best: Mapping[str, ProvenBound] = {}
     while width <= WIDEST_WORD_BITS:
         most = most_guard_bits(width)
         candidate = plan_with(width, most)
-        best = _bounds(candidate, allowed)
+        best = bounds_of(candidate, allowed)
         if not _missed(best, allowed):
-            return _fewest_guard_bits(candidate, width, range(max(0, between - width), most), plan_with)
+            fewer = range(max(0, between - width), most)
+            return _fewest_guard_bits(candidate, fewer, partial(plan_with, width), bounds_of)
         width += _WIDER
     reason = f"words between operations have up to {WIDEST_WORD_BITS} bits"
     raise _refusal(_missed(best, allowed), allowed, reason)
 
 
-def _fewest_guard_bits(plan: Plan, width: int, fewer: range, plan_with: PlanWith) -> Plan:
+def _fewest_guard_bits(
+    plan: Plan, fewer: range, plan_with: Callable[[int], Plan], bounds_of: BoundsOf
+) -> Plan:
     """Return the plan of a width with the fewest guard bits, given one that will do, by bisection."""
     allowed = allowed_errors(plan.problem)
     least, most = fewer.start, fewer.stop
     while least < most:
         middle = (least + most) // 2
-        candidate = plan_with(width, middle)
-        if _missed(_bounds(candidate, allowed), allowed):
+        candidate = plan_with(middle)
+        if _missed(bounds_of(candidate, allowed), allowed):
             least = middle + 1
         else:
             plan, most = candidate, middle
@@ -115,7 +139,7 @@ def exceptions(plan: Plan) -> list[Diagnostic]:
     return found
 
 
-def _missed(bounds: Mapping[str, Bound], allowed: Mapping[str, float]) -> dict[str, Bound]:
+def _missed(bounds: Mapping[str, ProvenBound], allowed: Mapping[str, float]) -> dict[str, ProvenBound]:
     """Return the bounds that are larger than allowed."""
     return {
         name: bounds[name]
@@ -124,7 +148,7 @@ def _missed(bounds: Mapping[str, Bound], allowed: Mapping[str, float]) -> dict[s
     }
 
 
-def _refusal(missed: Mapping[str, Bound], allowed: Mapping[str, float], reason: str) -> TooInaccurate:
+def _refusal(missed: Mapping[str, ProvenBound], allowed: Mapping[str, float], reason: str) -> TooInaccurate:
     found = []
     for name, bound in missed.items():
         wanted = f"max_error {allowed[name]:.3g} of '{name}' cannot be met"
@@ -136,5 +160,5 @@ def _refusal(missed: Mapping[str, Bound], allowed: Mapping[str, float], reason: 
     return TooInaccurate(found)
 
 
-def _where(bound: Bound) -> str:
+def _where(bound: ProvenBound) -> str:
     return "where " + " and ".join(p.text for p in bound.where) if bound.where else "for every valid sample"

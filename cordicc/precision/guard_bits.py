@@ -27,7 +27,7 @@ def fewest_guard_bits(problem: PlanProblem, most: int, plan_with: Callable[[int]
 
     Small is within one ulp of the output's word, or, where the rounding of the inputs alone makes more
     than that, within a tenth of what the most guard bits give; for the quantiles `_SHARES` of the errors.
-    An output with a `max_error` does not count: it says itself what is small, see `within_error.widened`.
+    An output with a `max_error` does not count: it says itself what is small, see `allowed_error.widened`.
 
     Args:
         problem: the problem as plans record it.

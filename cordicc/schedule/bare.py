@@ -12,10 +12,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
+from cordicc.plan.netlist import FifoEnd
 from cordicc.schedule.binding import Wiring, bind
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
-from cordicc.schedule.solver.scheduling_problem import CyclicError, Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import (
+    CyclicError,
+    Schedule,
+    SchedulingProblem,
+    Task,
+    TaskValue,
+)
 
 MAX_OPERATIONS = 200_000
 MAX_EDGES = 1_000_000
@@ -118,14 +125,14 @@ def _check_limits(problem: SchedulingProblem) -> None:
 def _units(problem: SchedulingProblem, schedule: Schedule) -> dict[str, str]:
     """Return the unit of each operation, by its kind and number."""
     finish = {task.id: schedule.start[task.id] + task.latency for task in problem.operations}
-    drivers: dict[str, list[Any]] = {task.id: [] for task in problem.operations}
+    drivers: dict[str, list[FifoEnd]] = {task.id: [] for task in problem.operations}
     for producer, taker in problem.edges():
         # A result that waits comes from the delay line of its value.
-        drivers[taker].append((producer, schedule.start[taker] - finish[producer]))
+        drivers[taker].append(FifoEnd(f"{schedule.start[taker] - finish[producer]} cycles of {producer}"))
     wires = Wiring(
         {task.id: task.kind for task in problem.operations},
         {id: start % problem.interval for id, start in schedule.start.items()},
-        {id: tuple(("fifo", p, str(wait)) for p, wait in taken) for id, taken in drivers.items()},
+        {id: tuple(taken) for id, taken in drivers.items()},
     )
     binding = bind(wires)
     return {t.id.removeprefix(_PREFIX): f"{t.kind}{binding[t.id]}" for t in problem.operations}
@@ -267,5 +274,5 @@ def _problem(
         takers[_PREFIX + producer].append((_PREFIX + taker, str(ports[taker])))
         ports[taker] += 1
     tasks = tuple(Task(_PREFIX + id, kind, latency[kind]) for id, kind in kinds.items())
-    values = tuple(Value(id, id, tuple(sinks)) for id, sinks in takers.items())
+    values = tuple(TaskValue(id, id, tuple(sinks)) for id, sinks in takers.items())
     return SchedulingProblem(tasks, values, interval, dict(limits), "cycles")

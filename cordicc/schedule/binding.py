@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from cordicc.plan.model import Fifo, Operation
+from cordicc.plan.model import Operation
+from cordicc.plan.netlist import Connection, Driver, Netlist, UnitResult
 
 _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""
@@ -24,16 +25,17 @@ WORK = 4.0
 Binding = dict[str, int]
 """The number of the unit, among those of its kind, of each operation."""
 
-Source = tuple[str, ...]
-"""What drives a wire: its sort, then a name, or the kind, number and result of a unit."""
-
 
 @dataclass(frozen=True, slots=True)
-class _Direct:
-    """A result taken as it leaves its unit."""
+class MadeBy:
+    """A result taken as it leaves its unit, whichever does the operation; `position` among its results."""
 
     operation: str
-    result: int
+    position: int
+
+
+Source = Driver | tuple[str, int | str, int]
+"""What drives a wire; of a result the kind and number of the unit that makes it, and its position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,32 +44,20 @@ class Wiring:
 
     kind: Mapping[str, str]
     slot: Mapping[str, int]
-    drivers: Mapping[str, tuple[Source | _Direct, ...]]
+    drivers: Mapping[str, tuple[Driver | MadeBy, ...]]
 
 
-def wiring(
-    operations: Sequence[Operation], kind: Mapping[str, str], fifos: Sequence[Fifo], interval: int
-) -> Wiring:
+def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str, str]) -> Wiring:
     """Return the wiring of operations that have their starts; `kind` says which may share a unit."""
-    feeder = {sink: fifo.id for fifo in fifos for sink in fifo.sinks}
-    maker = {
-        name: _Direct(operation.id, port)
-        for operation in operations
-        for port, name in enumerate(operation.results)
-        if name is not None
-    }
 
-    def driver(operation: Operation, position: int) -> Source | _Direct:
-        operand = operation.operands[position]
-        if operand.value is None:
-            return ("constant", str(operand.constant))
-        fifo = feeder.get(f"{operation.id}.{operation.ports[position]}")
-        if fifo is not None:
-            return ("fifo", fifo)
-        return maker.get(operand.value, ("input", operand.value))
+    def driver(connection: Connection) -> Driver | MadeBy:
+        if connection.value is None or not isinstance(connection.driver, UnitResult):
+            return connection.driver
+        result = netlist.results[connection.value]
+        return MadeBy(result.operation.id, result.position)
 
-    drivers = {o.id: tuple(driver(o, position) for position in range(len(o.ports))) for o in operations}
-    return Wiring(kind, {o.id: o.start % interval for o in operations}, drivers)
+    drivers = {id: tuple(map(driver, ports)) for id, ports in netlist.operands.items()}
+    return Wiring(kind, {o.id: o.start % netlist.interval for o in operations}, drivers)
 
 
 def multiplexer_inputs(wires: Wiring, binding: Binding) -> int:
@@ -99,12 +89,11 @@ def _unit_counts(wires: Wiring) -> dict[str, int]:
     return units
 
 
-def _source(wires: Wiring, binding: Binding, driver: Source | _Direct) -> Source:
-    if isinstance(driver, _Direct):
-        kind = wires.kind[driver.operation]
+def _source(wires: Wiring, binding: Binding, driver: Driver | MadeBy) -> Source:
+    if isinstance(driver, MadeBy):
         # A producer that is not placed yet counts as a unit of its own.
-        unit = str(binding.get(driver.operation, driver.operation))
-        return ("unit", kind, unit, str(driver.result))
+        unit = binding.get(driver.operation, driver.operation)
+        return (wires.kind[driver.operation], unit, driver.position)
     return driver
 
 
@@ -198,7 +187,7 @@ def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding, work: float) 
         for position, driver in enumerate(drivers):
             for unit in range(units[kind]):
                 for source, given in _possible(wires, units, on, driver):
-                    key = (kind, unit, position, *source)
+                    key = (kind, unit, position, source)
                     if key not in sources:
                         sources[key] = model.new_bool_var("")
                     model.add_bool_or([sources[key], ~on[id, unit], *(~literal for literal in given)])
@@ -226,13 +215,10 @@ def _first_full(wires: Wiring, kind: str, count: int) -> list[str]:
 
 
 def _possible(
-    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Source | _Direct
+    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Driver | MadeBy
 ) -> list[tuple[Source, list[Any]]]:
     """Return the sources that a driver may be, each with the literals under which it is."""
-    if not isinstance(driver, _Direct):
+    if not isinstance(driver, MadeBy):
         return [(driver, [])]
     kind = wires.kind[driver.operation]
-    return [
-        (("unit", kind, str(unit), str(driver.result)), [on[driver.operation, unit]])
-        for unit in range(units[kind])
-    ]
+    return [((kind, unit, driver.position), [on[driver.operation, unit]]) for unit in range(units[kind])]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.model import Operand, Operation, Plan, Unit
+from cordicc.plan.netlist import Netlist
 from cordicc.schedule.binding import Binding, bind, wiring
 from cordicc.schedule.control import controlled
 from cordicc.schedule.delays import delays
 from cordicc.schedule.request import Limits, goals, scheduled
-from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Sink, Task, TaskValue
 from cordicc.targets.target import CAU_KINDS
 
 _FIGURES = ("processors", "latency", "fifo_words")
@@ -28,20 +29,27 @@ def place(plan: Plan, limits: Limits) -> Plan:
     widths = {v.name: system.format(plan.formats.values.get(v.name)).width_bits for v in problem.values}
     order = goals(limits.minimize, plan.target, tuple(problem.counts()), widths)
     schedule = scheduled(problem, order, limits)
-    fifos = delays(problem, schedule, widths)
-    started = [o.at("", schedule.start[o.id], schedule.start[o.id] + _cycles(o)) for o in plan.operations]
-    kinds = {task.id: task.kind for task in problem.operations}
-    binding = bind(wiring(started, kinds, fifos, interval), limits.effort.binding)
-    units, operations = _bound(started, kinds, fifos, interval, binding)
-    return replace(
+    started = tuple(
+        o.at("", schedule.start[o.id], schedule.start[o.id] + _cycles(o)) for o in plan.operations
+    )
+    timed = replace(
         plan,
-        options=replace(plan.options, time_limit_struck=plan.options.time_limit_struck or schedule.struck),
         initiation_interval=interval,
         latency_cycles=schedule.latency,
+        units=(),
+        operations=started,
+        fifos=delays(problem, schedule, widths),
+    )
+    kinds = {task.id: task.kind for task in problem.operations}
+    units, operations = _bound(
+        started, kinds, bind(wiring(Netlist.of(timed), started, kinds), limits.effort.binding)
+    )
+    bound = replace(timed, units=units, operations=operations)
+    return replace(
+        bound,
+        options=replace(plan.options, time_limit_struck=plan.options.time_limit_struck or schedule.struck),
         cau_cycles=_cau_cycles(operations),
-        units=units,
-        operations=operations,
-        fifos=fifos,
+        units=controlled(Netlist.of(bound)),
         optimal={name: schedule.optimal[name] for name in _FIGURES},
         bounds={name: schedule.bounds[name] for name in _FIGURES},
     )
@@ -82,7 +90,7 @@ def _shared_kind(operation: Operation) -> str:
     return operation.kind if constant is None else f"{operation.kind} {constant}"
 
 
-def _values(plan: Plan) -> tuple[Value, ...]:
+def _values(plan: Plan) -> tuple[TaskValue, ...]:
     """Return every value that something takes, inputs first."""
     sinks: dict[str, list[Sink]] = {}
 
@@ -97,15 +105,11 @@ def _values(plan: Plan) -> tuple[Value, ...]:
         take(operand, (OUT, name))
     every: list[tuple[str, str | None]] = [(name, None) for name in plan.problem.input_names]
     every += [(r, o.id) for o in plan.operations for r in o.results if r is not None]
-    return tuple(Value(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
+    return tuple(TaskValue(name, producer, tuple(sinks[name])) for name, producer in every if name in sinks)
 
 
 def _bound(
-    operations: Sequence[Operation],
-    kinds: Mapping[str, str],
-    fifos: Sequence[Fifo],
-    interval: int,
-    binding: Binding,
+    operations: Sequence[Operation], kinds: Mapping[str, str], binding: Binding
 ) -> tuple[tuple[Unit, ...], tuple[Operation, ...]]:
     """Give every operation its unit; units are numbered by first use, CAUs together."""
     names: dict[tuple[str, int], str] = {}
@@ -120,7 +124,7 @@ def _bound(
             names[key] = f"{prefix}{count[prefix]}"
             units.append(Unit(names[key], operation.kind, _cycles(operation)))
         bound.append(operation.at(names[key], operation.start, operation.finish))
-    return controlled(units, bound, fifos, interval), tuple(bound)
+    return tuple(units), tuple(bound)
 
 
 def _cau_cycles(operations: tuple[Operation, ...]) -> int:

@@ -12,15 +12,15 @@ from importlib import import_module
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
-from cordicc.studies.sequence_search import Outcome, Task, run
+from cordicc.studies.sequence_search import Outcome, SearchTask, run
 
 _PARTS = 16
 """Parts that travel together: some milliseconds of work each, as a task of its own costs one."""
 
-_CONNECT_SECONDS = 10
+CONNECT_SECONDS = 10
 
 
-def outcomes(parts: Sequence[Task], address: str) -> Iterator[Outcome]:
+def outcomes(parts: Sequence[SearchTask], address: str) -> Iterator[Outcome]:
     """Run the parts on the cluster of a scheduler and yield what they find, in the order of the parts.
 
     Raises:
@@ -52,7 +52,7 @@ def executor(address: str) -> Executor:
         raise _invalid(f"--cluster needs distributed: {error}", hint) from error
     client = _client(distributed, address)
     try:
-        client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
+        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
     except TimeoutError as error:
         client.close()
         raise _no_workers(address) from error
@@ -67,7 +67,7 @@ def _no_workers(address: str) -> InvalidInput:
 def _try_out(client: Any, address: str) -> None:
     """Send nothing to everybody: joblib would wait for ever if the search could not be unpacked."""
     try:
-        client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
+        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
         client.run(run_all, [])
         client.submit(run_all, []).result()
     except TimeoutError as error:
@@ -77,7 +77,7 @@ def _try_out(client: Any, address: str) -> None:
         raise _invalid(f"the cluster at {address} cannot import the search", hint) from error
 
 
-def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[Task]]) -> Iterator[list[Outcome]]:
+def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[SearchTask]]) -> Iterator[list[Outcome]]:
     if sum(client.ncores().values()) == 1:  # joblib would not send anything to a single core
         for future in client.map(run_all, bundles):
             yield future.result()
@@ -87,7 +87,7 @@ def _results(joblib: Any, client: Any, bundles: Sequence[Sequence[Task]]) -> Ite
         yield from parallel(joblib.delayed(run_all)(bundle) for bundle in bundles)
 
 
-def run_all(parts: Sequence[Task]) -> list[Outcome]:
+def run_all(parts: Sequence[SearchTask]) -> list[Outcome]:
     """Search some parts: what a worker is sent."""
     return [run(part) for part in parts]
 
@@ -95,7 +95,7 @@ def run_all(parts: Sequence[Task]) -> list[Outcome]:
 def _client(distributed: Any, address: str) -> Any:
     """Return a client of the scheduler, to be closed by its context."""
     try:
-        return distributed.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+        return distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         hint = "give the address that `dask scheduler` prints, such as tcp://host:8786"
         raise _invalid(f"no Dask scheduler answers at {address}", hint) from error

@@ -11,13 +11,13 @@ import numpy as np
 from cordicc.arith.kernels import micro_rotations
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, fixed, step_table
 from cordicc.studies import scaled_kernels
-from cordicc.studies.iterations import Run, State, counted_angle
+from cordicc.studies.iterations import IterationRun, State, counted_angle
 
 Kernel = Callable[..., tuple[Any, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class StateWords:
     """x, y, z and the target as integers in units of 2^-fraction_bits; the target None if there is none."""
 
     x: int
@@ -27,14 +27,14 @@ class Words:
 
 
 def fixed_rows(
-    mode: str, sequence: Sequence, run: Run, fraction_bits: int
-) -> tuple[Words, tuple[Words, ...]]:
+    mode: str, sequence: Sequence, run: IterationRun, fraction_bits: int
+) -> tuple[StateWords, tuple[StateWords, ...]]:
     """Repeat a run on the start rounded to so many fraction bits, angles likewise.
 
     Args:
         mode: rotation, vectoring or implicit.
         sequence: that of the run, with at least one iteration.
-        run: of `study.rotate`, `vector`, `implicit_by_eq9` or `implicit`, which says where to begin.
+        run: of `iterations.rotate`, `vector`, `implicit_by_eq9` or `implicit`, which says where to begin.
         fraction_bits: at most 40.
 
     Returns:
@@ -54,10 +54,10 @@ def fixed_rows(
     return start, tuple(rows)
 
 
-def rounded(state: State, fraction_bits: int) -> Words:
+def rounded(state: State, fraction_bits: int) -> StateWords:
     """Return the state in units of 2^-fraction_bits, rounded to nearest."""
     x, y, z = (fixed(v, fraction_bits) for v in (state.x, state.y, state.z))
-    return Words(x, y, z, None if state.target is None else fixed(state.target, fraction_bits))
+    return StateWords(x, y, z, None if state.target is None else fixed(state.target, fraction_bits))
 
 
 def _kernel(mode: str, sequence: Sequence) -> Kernel:
@@ -82,18 +82,18 @@ def _part(table: StepTable, i: int) -> StepTable:
     )
 
 
-def _step(kernel: Kernel, words: Words, table: StepTable, with_target: bool) -> Words:
+def _step(kernel: Kernel, words: StateWords, table: StepTable, with_target: bool) -> StateWords:
     operands = [words.x, words.y, words.target, words.z] if with_target else [words.x, words.y, words.z]
     ends = kernel(*(np.array([v], dtype=object) for v in operands), table)
     numbers = [int(v[0]) for v in ends]
     if with_target and kernel is not scaled_kernels.implicit_scaled:
-        return Words(numbers[0], numbers[1], numbers[3], numbers[2])
-    return Words(numbers[0], numbers[1], numbers[2], words.target)
+        return StateWords(numbers[0], numbers[1], numbers[3], numbers[2])
+    return StateWords(numbers[0], numbers[1], numbers[2], words.target)
 
 
-def _same(words: Words) -> Words:
+def _same(words: StateWords) -> StateWords:
     return words
 
 
-def _mirror(words: Words) -> Words:
+def _mirror(words: StateWords) -> StateWords:
     return replace(words, x=-words.x, z=-words.z)

@@ -10,7 +10,8 @@ from cordicc.arith.kernels import shift_sequences
 from cordicc.arith.kernels.shift_sequences import Sequence
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity
 from cordicc.studies import fixed_iterations, iterations
-from cordicc.studies.iterations import Run, State, mp
+from cordicc.studies.iterations import IterationRun, State, mp
+from cordicc.targets.target import SYSTEMS
 
 LARGEST = 10**9
 DECIMALS = 10
@@ -21,7 +22,6 @@ RULES = {
     "root-free": "root-free double rotations",
     "single-rotation": "standard micro-rotations",
 }
-SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 GOALS = {"rotation": "z -> 0", "vectoring": "y -> 0", "implicit": "y -> C"}
 
 
@@ -132,7 +132,7 @@ def _branch(request: Request) -> str:
     return request.branch or "-"
 
 
-def _run(request: Request, sequence: Sequence, start: State, branch: str) -> Run:
+def _run(request: Request, sequence: Sequence, start: State, branch: str) -> IterationRun:
     if request.mode == "rotation":
         return iterations.rotate(sequence, start)
     if request.mode == "vectoring":
@@ -142,7 +142,9 @@ def _run(request: Request, sequence: Sequence, start: State, branch: str) -> Run
     return iterations.implicit(sequence, start, branch)
 
 
-def _results(request: Request, sequence: Sequence, start: State, run: Run, branch: str) -> list[Result]:
+def _results(
+    request: Request, sequence: Sequence, start: State, run: IterationRun, branch: str
+) -> list[Result]:
     """Return what the last row stands for, with stretch and halved angles taken out."""
     end = run.end
     gain = 1 if sequence.eta else mp.mpf(shift_sequences.exact_gain(sequence))
@@ -250,7 +252,7 @@ def _hyperbolic_angle(start: State, branch: str) -> Any:
     return None if ratio < 1 else -mp.atanh(A / B) + (-1 if branch == "-" else 1) * mp.acosh(ratio)
 
 
-def _head(request: Request, sequence: Sequence, start: State, run: Run) -> list[str]:
+def _head(request: Request, sequence: Sequence, start: State, run: IterationRun) -> list[str]:
     title = f"{request.mode} ({GOALS[request.mode]}) by {request.sequence}: {SYSTEMS[sequence.m]}, "
     title += f"{RULES[request.sequence]}, {len(sequence.shifts)} iterations"
     lines = [title, f"  start   {_values(start)}"]
@@ -271,11 +273,11 @@ def decimal(value: Any) -> str:
     return f"{'-' if units < 0 else ''}{whole}.{part:0{DECIMALS}}"
 
 
-def _scales_target(run: Run, sequence: Sequence) -> bool:
+def _scales_target(run: IterationRun, sequence: Sequence) -> bool:
     return run.start.target is not None and not sequence.eta
 
 
-def _table(run: Run, sequence: Sequence) -> list[str]:
+def _table(run: IterationRun, sequence: Sequence) -> list[str]:
     scaled_target = _scales_target(run, sequence)
     header = ["i", "S_i", *(["η_i"] if sequence.eta else []), "x_i", "y_i", "z_i"]
     table = [header + (["C_i"] if scaled_target else [])]
@@ -291,7 +293,7 @@ def _to_the_right(table: list[list[str]]) -> list[str]:
     return ["  ".join(f"{cell:>{w}}" for cell, w in zip(line, widths, strict=True)) for line in table]
 
 
-def _fixed_point(mode: str, sequence: Sequence, run: Run, bits: int) -> list[str]:
+def _fixed_point(mode: str, sequence: Sequence, run: IterationRun, bits: int) -> list[str]:
     """Return the same iterations on integers, and how far they are from the exact ones."""
     start, rows = fixed_iterations.fixed_rows(mode, sequence, run, bits)
     names = ["x", "y", "z", *(["target"] if _scales_target(run, sequence) else [])]
@@ -337,7 +339,7 @@ def _result_table(results: list[Result]) -> list[str]:
 
 
 def _warnings(
-    request: Request, sequence: Sequence, start: State, run: Run, results: list[Result]
+    request: Request, sequence: Sequence, start: State, run: IterationRun, results: list[Result]
 ) -> list[Diagnostic]:
     """Return warnings: no exact result, the domain exceeded, or a rule that failed."""
     if any(result.exact is None for result in results):
@@ -356,7 +358,7 @@ def _warnings(
     return []
 
 
-def _needed(request: Request, start: State, run: Run, results: list[Result]) -> Any:
+def _needed(request: Request, start: State, run: IterationRun, results: list[Result]) -> Any:
     """Return the angle that the iterations have to turn, as z counts it."""
     double = 2 if request.sequence == "krieger96" else 1
     if request.mode == "rotation":

@@ -38,7 +38,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class IterationRow:
     """The state after iteration `index`, counted from 1; `eta` is None without scaling."""
 
     index: int
@@ -48,14 +48,14 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class IterationRun:
     """The state from which the iterations start, what was done to reach it, and the iterations.
 
     `mirrored`: the rule has run on -x and -z, which the states give as x and z.
     """
 
     start: State
-    rows: tuple[Row, ...]
+    rows: tuple[IterationRow, ...]
     preparation: str = ""
     negated: bool = False
     mirrored: bool = False
@@ -84,22 +84,24 @@ def _sign(value: Any) -> int:
     return -1 if value < 0 else 1
 
 
-def rotate(sequence: Sequence, start: State) -> Run:
+def rotate(sequence: Sequence, start: State) -> IterationRun:
     """Drive z to 0."""
-    return Run(start, _iterate(sequence, start, lambda s: _sign(s.z), counts=-1))
+    return IterationRun(start, _iterate(sequence, start, lambda s: _sign(s.z), counts=-1))
 
 
-def vector(sequence: Sequence, start: State) -> Run:
+def vector(sequence: Sequence, start: State) -> IterationRun:
     """Drive y to 0; z gains atan(y/x), the ratio or the hyperbolic angle."""
-    return Run(start, _iterate(sequence, start, lambda s: -_sign(s.x) * _sign(s.y), counts=-1))
+    return IterationRun(start, _iterate(sequence, start, lambda s: -_sign(s.x) * _sign(s.y), counts=-1))
 
 
-def implicit_by_eq9(sequence: Sequence, start: State) -> Run:
+def implicit_by_eq9(sequence: Sequence, start: State) -> IterationRun:
     """Drive y to the target by the paper's rule; z gains the angle turned."""
-    return Run(start, _iterate(sequence, start, lambda s: -_sign(s.y - s.target) * _sign(s.x), counts=1))
+    return IterationRun(
+        start, _iterate(sequence, start, lambda s: -_sign(s.y - s.target) * _sign(s.x), counts=1)
+    )
 
 
-def implicit(sequence: Sequence, start: State, branch: str) -> Run:
+def implicit(sequence: Sequence, start: State, branch: str) -> IterationRun:
     """Drive y to the target with the target scaled, to the wanted one of two solutions.
 
     The rule ends at x >= 0; the other solution is the mirror image, with -x for x and -z for z.  Rows are
@@ -118,7 +120,7 @@ def _mirror(state: State) -> State:
     return replace(state, x=-state.x, z=-state.z)
 
 
-def _to_the_right(sequence: Sequence, start: State, mirrored: bool) -> Run:
+def _to_the_right(sequence: Sequence, start: State, mirrored: bool) -> IterationRun:
     """Prepare the start so that the iterations reach the solution with x >= 0, and run them."""
     prepare = _prepare_circular if sequence.m > 0 else _prepare_hyperbolic
     run = prepare(sequence, start, mirrored)
@@ -130,7 +132,7 @@ def _to_the_right(sequence: Sequence, start: State, mirrored: bool) -> Run:
     return replace(run, rows=_iterate(sequence, run.start, towards, counts=1))
 
 
-def _prepare_circular(sequence: Sequence, start: State, mirrored: bool) -> Run:
+def _prepare_circular(sequence: Sequence, start: State, mirrored: bool) -> IterationRun:
     """Turn the start to x >= 0 by half a turn; for single rotations to the target's side of y = 0."""
     s, turned = start, mp.mpf(0)
     # A mirrored x of -0 belongs to atan2(0, B) = +pi, which mirrors to the left side.
@@ -140,26 +142,26 @@ def _prepare_circular(sequence: Sequence, start: State, mirrored: bool) -> Run:
         up = 1 if s.target >= 0 else -1
         s, turned = replace(s, x=-up * s.y, y=up * s.x), turned + up * mp.pi / 2
     if turned == 0:
-        return Run(s, ())
+        return IterationRun(s, ())
     degrees = int(mp.nint((-turned if mirrored else turned) * 180 / mp.pi))
-    return Run(replace(s, z=s.z + turned), (), f"the start turned by {degrees:+d} degrees")
+    return IterationRun(replace(s, z=s.z + turned), (), f"the start turned by {degrees:+d} degrees")
 
 
-def _prepare_hyperbolic(sequence: Sequence, start: State, mirrored: bool) -> Run:
+def _prepare_hyperbolic(sequence: Sequence, start: State, mirrored: bool) -> IterationRun:
     if mirrored or abs(start.y) > abs(start.x) or start.x >= 0:
-        return Run(start, ())
+        return IterationRun(start, ())
     negative = State(-start.x, -start.y, start.z, -start.target)
-    return Run(negative, (), "the equation negated, to have x >= 0", negated=True)
+    return IterationRun(negative, (), "the equation negated, to have x >= 0", negated=True)
 
 
-def _iterate(sequence: Sequence, start: State, rule: Rule, counts: int) -> tuple[Row, ...]:
+def _iterate(sequence: Sequence, start: State, rule: Rule, counts: int) -> tuple[IterationRow, ...]:
     """Apply every micro-rotation; z gains `counts` times the angle turned."""
     rows = []
     state = start
     eta = sequence.eta or (None,) * len(sequence.shifts)
     for index, (shift, digit) in enumerate(zip(sequence.shifts, eta, strict=False), 1):
         state = _step(sequence, state, shift, digit, rule(state), counts)
-        rows.append(Row(index, shift, digit, state))
+        rows.append(IterationRow(index, shift, digit, state))
     return tuple(rows)
 
 

@@ -22,11 +22,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.kernels.micro_rotations import Integers, shift_round, sign
+from cordicc.arith.kernels.micro_rotations import shift_round, sign
 from cordicc.arith.kernels.shift_sequences import StepTable
+from cordicc.base.arrays import Integers
 
 
-class Turned(NamedTuple):
+class ScaledTurn(NamedTuple):
     """A vector after the iterations, its angle, and where they mean something."""
 
     x: Integers
@@ -35,17 +36,17 @@ class Turned(NamedTuple):
     valid: NDArray[np.bool_]
 
 
-def rotate_scaled(x: Integers, y: Integers, z: Integers, table: StepTable) -> Turned:
+def rotate_scaled(x: Integers, y: Integers, z: Integers, table: StepTable) -> ScaledTurn:
     """Turn (x, y) by z, driven to 0: (x cos z - y sin z, y cos z + x sin z), m = -1: cosh and sinh.
 
     Valid where |z| <= `table.domain`; then z ends within the last angle, and as many units as an angle
     exceeds the sum of the later ones plus the last.
     """
     valid = np.abs(z) <= table.domain
-    return Turned(*_iterated(x, y, z, table, lambda x, y, z: sign(z), counts=-1), valid.astype(np.bool_))
+    return ScaledTurn(*_iterated(x, y, z, table, lambda x, y, z: sign(z), counts=-1), valid.astype(np.bool_))
 
 
-def vector_scaled(x: Integers, y: Integers, z: Integers, table: StepTable) -> Turned:
+def vector_scaled(x: Integers, y: Integers, z: Integers, table: StepTable) -> ScaledTurn:
     """Turn (x, y) until y = 0: x becomes sgn(x) sqrt(x^2 + m y^2), z gains atan(y/x) (atanh).
 
     Circular: valid but at (0, 0), whose angle is none; the vector ends on its own side of x = 0.
@@ -57,10 +58,10 @@ def vector_scaled(x: Integers, y: Integers, z: Integers, table: StepTable) -> Tu
         valid = (x != 0) | (y != 0)
     else:
         valid = (np.abs(y) < np.abs(x)) & (np.abs(y_end) <= _last_turn(np.abs(x_end), table))
-    return Turned(x_end, y_end, z_end, valid.astype(np.bool_))
+    return ScaledTurn(x_end, y_end, z_end, valid.astype(np.bool_))
 
 
-def implicit_scaled(x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable) -> Turned:
+def implicit_scaled(x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable) -> ScaledTurn:
     """Turn (x, y) until y is the target by the paper's rule, eq. 9; z gains the angle turned.
 
     Kept for study: the norm is right only after the last iteration, so earlier comparisons with the target
@@ -71,7 +72,7 @@ def implicit_scaled(x: Integers, y: Integers, target: Integers, z: Integers, tab
     x_end, y_end, z_end = _iterated(x, y, z, table, lambda x, y, z: -sign(y - target) * sign(x), counts=1)
     reach = _last_turn(np.abs(x_end) + np.abs(y_end), table)
     valid = (np.abs(y_end - target) <= reach) & ((x != 0) | (y != 0))
-    return Turned(x_end, y_end, z_end, valid.astype(np.bool_))
+    return ScaledTurn(x_end, y_end, z_end, valid.astype(np.bool_))
 
 
 Rule = Callable[[Any, Any, Any], Integers]

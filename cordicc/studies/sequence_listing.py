@@ -14,8 +14,8 @@ from cordicc.base.text_tables import Sheet, Table
 from cordicc.studies import sequence_search
 from cordicc.studies.iterations import mp
 from cordicc.studies.sequence_search import Conditions, Outcome, ScaledSequence, ZeroShift
+from cordicc.targets.target import SYSTEMS
 
-_SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
 _CASES = {
     ZeroShift.NONE: "without S = 0",
     ZeroShift.SCALED: "with S = 0, scaled by 1 - η like the others",
@@ -83,7 +83,7 @@ def detail_text(name: str) -> str:
         raise _invalid(f"there is no sequence '{name[:60]}'", "the sequences are " + ", ".join(shipped))
     sequence = shipped[name]
     kind = "root-free (turns twice the angle of 2^-S)" if sequence.root_free else "standard"
-    lines = [f"{name}: {_SYSTEMS[sequence.m]} (m = {sequence.m}), {kind}, {len(sequence.shifts)} iterations"]
+    lines = [f"{name}: {SYSTEMS[sequence.m]} (m = {sequence.m}), {kind}, {len(sequence.shifts)} iterations"]
     lines += [f"  gain           {sequence.gain:.13f}, 1/gain {1 / sequence.gain:.13f}"]
     if sequence.eta:
         scaling, error = (

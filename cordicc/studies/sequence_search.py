@@ -145,7 +145,7 @@ class Prefix:
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class SearchTask:
     """The part of the search in which the counts of the last shifts are given."""
 
     conditions: Conditions
@@ -153,7 +153,7 @@ class Task:
     limit: int
 
 
-def tasks(conditions: Conditions, limit: int) -> list[Task]:
+def tasks(conditions: Conditions, limit: int) -> list[SearchTask]:
     """Split the search into parts, in a fixed order, of which each keeps the `limit` best of each length.
 
     Together they cover every candidate; where S = 0 is allowed, every one in which it occurs, since the
@@ -166,13 +166,13 @@ def tasks(conditions: Conditions, limit: int) -> list[Task]:
     while front:
         prefix = front.pop()
         if _complete(conditions, prefix) or prefix.total >= _TASK_ITERATIONS:
-            found.append(Task(conditions, prefix, limit))
+            found.append(SearchTask(conditions, prefix, limit))
         else:
             front += _extended(conditions, prefix, domain)
     return found
 
 
-def run(task: Task) -> Outcome:
+def run(task: SearchTask) -> Outcome:
     """Search one part."""
     outcome: Outcome = {}
     conditions = task.conditions
@@ -198,7 +198,7 @@ def merge(outcomes: Iterable[Outcome], limit: int) -> Outcome:
     return dict(sorted(whole.items()))
 
 
-def outcomes(parts: Sequence[Task], jobs: int) -> Iterator[Outcome]:
+def outcomes(parts: Sequence[SearchTask], jobs: int) -> Iterator[Outcome]:
     """Run the parts in so many processes and yield what they find, in the order of the parts."""
     if jobs == 1 or len(parts) < 2:
         yield from map(run, parts)

@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, Signal
 from cordicc.backends.c import c_model
+from cordicc.backends.c.c_arithmetic import COperand
 from cordicc.backends.c.c_names import comment, identifiers
-from cordicc.backends.c.c_words import Term
 from cordicc.base.diagnostics import Unattainable
-from cordicc.cli.main import main
 from cordicc.emulate import functional
 from cordicc.plan.model import Operand, Plan
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
+from tests.support import command_line
 from tests.support.c_models import (
     SANITIZED,
     Generator,
@@ -101,11 +100,11 @@ def test_sums_of_far_binary_points_fit_and_round_once(seed: int) -> None:
     system = FixedSystem(24, 4, str(rng.choice(["half-up", "half-even", "floor"])))
     spread = int(rng.integers(0, 120))
     a, b, to = (system.format(BinaryPoint(28, int(f))) for f in (0, spread, int(rng.integers(-40, 160))))
-    words = c_model.FixedWords(system)
+    words = c_model.CFixedPoint(system)
     names = {"a": a, "b": b}
     order = ["a", "b"] if rng.random() < 0.5 else ["b", "a"]
     op = str(rng.choice(["add", "sub"]))
-    expression = words.calculate(op, {}, [Term(n, names[n]) for n in order], to)
+    expression = words.calculate(op, {}, [COperand(n, names[n]) for n in order], to)
     for _ in range(60):
         values = {n: int(rng.integers(-(2**27) + 1, 2**27) >> rng.integers(0, 27)) for n in "ab"}
         signals = [Signal(np.array([values[n]]), names[n]) for n in order]
@@ -255,7 +254,7 @@ def reader(factory: pytest.TempPathFactory) -> Path:
 
 def test_emit_c_writes_the_model_beside_the_plan(tmp_path: Path) -> None:
     problem = EXAMPLES / "planar_2r.yaml"
-    done = CliRunner().invoke(main, ["compile", str(problem), "--emit", "c", "-o", str(tmp_path)])
+    done = command_line.run("compile", problem, "--emit", "c", "-o", tmp_path)
     assert done.exit_code == 0, done.output
     assert "planar_2r.c, planar_2r.h" in done.output
     assert {"plan.json", "planar_2r.c", "planar_2r.h"} <= {path.name for path in tmp_path.iterdir()}

@@ -97,7 +97,7 @@ def steps(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
         return step
 
     for place, name in [
-        (folders, "write_new"), (folders, "_exchange"), (os, "link"), (os, "replace"), (os, "rename"),
+        (folders, "write_new"), (folders, "exchange"), (os, "link"), (os, "replace"), (os, "rename"),
         (os, "unlink"), (os, "rmdir"), (os, "mkdir"), (os, "chmod"),
     ]:  # fmt: skip
         monkeypatch.setattr(place, name, watched(getattr(place, name)))
@@ -183,7 +183,7 @@ def test_a_system_without_exchange(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     def missing(*_: Path) -> None:
         raise OSError(22, "Invalid argument")
 
-    monkeypatch.setattr(folders, "_exchange", missing)
+    monkeypatch.setattr(folders, "exchange", missing)
     write_files(tmp_path / "arm", OLD)
     write_files(tmp_path / "arm", NEW)
     assert contents(tmp_path / "arm") == NEW

@@ -6,17 +6,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 import cordicc
-from cordicc.cli.main import main
+from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 
 FILES = ["datapath.svg", "plan.json", "report.html", "schedule.svg", "simulate.py"]
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -151,11 +151,12 @@ def test_stages(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[s
         enter("reading")
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(console, "is_terminal", lambda stream: True)
-    monkeypatch.setattr(console, "_STAGE_SECONDS", -1.0)
     with console.stages(quiet=True) as enter:
         enter("reading")
     assert capsys.readouterr().err == ""
-    with console.stages(quiet=False) as enter:
+    now = iter((0.0, 0.5, 2.0, 3.0))
+    with console.stages(quiet=False, clock=lambda: next(now)) as enter:
+        enter("quick")
         enter("reading")
         enter("scheduling")
     assert capsys.readouterr().err != ""
@@ -163,7 +164,7 @@ def test_stages(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[s
 
 def test_rich_is_imported_for_a_terminal_alone(tmp_path: Path) -> None:
     code = (
-        "import sys\nfrom cordicc.cli.main import main\n"
+        "import sys\nfrom cordicc.cli import main\n"
         f"main(['check', {str(EXAMPLES / 'wheel_beta.yaml')!r}], standalone_mode=False)\n"
         "sys.exit('rich' in sys.modules)"
     )

@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import cordicc
 from cordicc.backends.pictures import schedule_chart
 from cordicc.base.diagnostics import InvalidInput, Unattainable
-from cordicc.cli.main import main
 from cordicc.ir.sampling import draw
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
@@ -22,10 +20,12 @@ from cordicc.schedule.bare import parse_graph, schedule_graph
 from cordicc.schedule.place import place
 from cordicc.schedule.request import Limits, goals, interval_for, scheduled
 from cordicc.schedule.solver.engine import Effort
-from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, TaskValue
 from cordicc.schedule.verify_bare import verify_bare
 from cordicc.studies.trade_off import INTERVALS, explore, workers
-from cordicc.targets.target import CAU_KINDS, load_target
+from cordicc.targets.target import CAU_KINDS
+from cordicc.targets.target_file import load_target
+from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 
 LIGHT = Effort(schedule=2.0, words=0.5)
@@ -34,10 +34,6 @@ LIGHT = Effort(schedule=2.0, words=0.5)
 def planned(name: str, target: str = "kinematic", **limits: Any) -> Plan:
     options = Options(target, limits=Limits(effort=LIGHT, **limits))
     return plan_file(EXAMPLES / f"{name}.yaml", options).plan
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, list(arguments), catch_exceptions=False)
 
 
 GRAPH: dict[str, Any] = {
@@ -122,11 +118,11 @@ def shared() -> SchedulingProblem:
         Task("c", "standard", 44),
     )
     values = (
-        Value("i", None, (("a", "x"), ("c", "x"))),
-        Value("a.r", "a", (("m", "x"),)),
-        Value("m.r", "m", (("b", "x"),)),
-        Value("b.r", "b", (("out", "p"),)),
-        Value("c.r", "c", (("out", "q"),)),
+        TaskValue("i", None, (("a", "x"), ("c", "x"))),
+        TaskValue("a.r", "a", (("m", "x"),)),
+        TaskValue("m.r", "m", (("b", "x"),)),
+        TaskValue("b.r", "b", (("out", "p"),)),
+        TaskValue("c.r", "c", (("out", "q"),)),
     )
     return SchedulingProblem(tasks, values, 2)
 
@@ -168,7 +164,7 @@ def test_what_cannot_be_met_names_what_binds(limits: dict[str, int], code: str, 
 def test_limits_that_only_clash_together() -> None:
     # At interval 2 one unit does two operations: two in a chain of 44 cycles would share a slot.
     tasks = (Task("a", "standard", 44), Task("b", "standard", 44))
-    values = (Value("a.r", "a", (("b", "x"),)), Value("b.r", "b", (("out", "p"),)))
+    values = (TaskValue("a.r", "a", (("b", "x"),)), TaskValue("b.r", "b", (("out", "p"),)))
     problem = SchedulingProblem(tasks, values, 2)
     order = goals("processors", KINEMATIC, ("standard",), {})
     for limits, expected in (({"max_latency": 88}, (2, 88)), ({"max_processors": 1}, (1, 89))):

@@ -9,18 +9,23 @@ from typing import Any
 
 import jsonschema
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from cordicc.base.diagnostics import InvalidInput, Source
-from cordicc.cli.main import main
 from cordicc.expressions.syntax import CONSTANT_NAMES, FUNCTIONS
 from cordicc.frontend.load import KEYS, load_problem, parse_problem
 from cordicc.frontend.robots.dh import CONVENTIONS, FIELDS, MAX_JOINTS
-from cordicc.targets.target import _FUNCTIONS, REQUIRED_KINDS, load_target, shipped_targets, target_text
+from cordicc.targets.target_file import (
+    FUNCTIONS_OF_KIND,
+    REQUIRED_KINDS,
+    load_target,
+    shipped_targets,
+    target_text,
+)
+from tests.support.command_line import run
 from tests.support.paths import ROOT
 
 PROBLEMS = sorted(
@@ -53,7 +58,7 @@ def loads(path: Path) -> bool:
 
 @pytest.mark.parametrize("kind", ["problem", "target", "plan"])
 def test_the_command_prints_a_valid_schema(kind: str) -> None:
-    result = CliRunner().invoke(main, ["schema", kind])
+    result = run("schema", kind)
     assert result.exit_code == 0
     assert json.loads(result.stdout) == schema(kind)
     jsonschema.Draft202012Validator.check_schema(schema(kind))
@@ -260,7 +265,7 @@ def test_the_target_schema_knows_every_kind_and_function() -> None:
     assert {
         kind: set(unit["properties"]["functions"]["items"]["enum"])
         for kind, unit in units["properties"].items()
-    } == _FUNCTIONS
+    } == FUNCTIONS_OF_KIND
 
 
 def target_data(name: str) -> Any:

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from cordicc.emulate import cycle, functional
 from cordicc.emulate.cycle import MachineError
-from cordicc.plan.model import Operand, Operation, Plan
+from cordicc.plan.model import Operand, Plan
+from cordicc.plan.netlist import FifoEnd, InputWord
 from cordicc.schedule.solver.fifo_lp import solve
-from tests.support.random_plans import FORMAT, FakeArithmetic, Flow, flows, samples
+from tests.support.random_plans import FORMAT, FakeArithmetic, Flow, flows, samples, with_interval
 
 relaxed = settings(deadline=None, max_examples=100)
 ARITHMETIC = FakeArithmetic()
@@ -29,23 +30,6 @@ def plan_of(flow: Flow) -> Plan:
 
 def same(left: dict[str, Any], right: dict[str, Any]) -> bool:
     return left.keys() == right.keys() and all(left[k].tobytes() == right[k].tobytes() for k in left)
-
-
-def with_interval(plan: Plan, interval: int, share: bool) -> Plan:
-    """Return the plan with new samples every `interval` cycles, units shared where slots allow."""
-    when = {f"{o.id}.{port}": o.start for o in plan.operations for port in o.ports}
-    when.update((f"out.{name}", plan.latency_cycles) for name in plan.outputs)
-    fifos = [replace(fifo, depth=-(-fifo.depth // interval)) for fifo in plan.fifos]
-    taken: dict[tuple[str, int], Operation] = {}
-    operations = []
-    for operation in plan.operations:
-        own = operation.finish - operation.start
-        candidates = [unit.id for unit in plan.units if unit.latency == own] if share else [operation.unit]
-        slot = operation.start % interval
-        unit = next(id for id in candidates if (id, slot) not in taken)
-        taken[unit, slot] = operation
-        operations.append(replace(operation, unit=unit))
-    return replace(plan, initiation_interval=interval, operations=tuple(operations), fifos=tuple(fifos))
 
 
 @relaxed
@@ -164,8 +148,20 @@ def test_clock_shows_the_wires() -> None:
     trace = list(cycle.clock(plan, ARITHMETIC, stream, steps=2, lanes=1))
     assert [snapshot.cycle for snapshot in trace] == list(range(plan.latency_cycles + 2))
     assert [bool(snapshot.outputs) for snapshot in trace] == [False] * plan.latency_cycles + [True, True]
-    assert [snapshot.values["i"] is not None for snapshot in trace] == [True, True, False, False, False]
-    assert [snapshot.fifos["f1"] is not None for snapshot in trace] == [False, False, True, True, False]
+    assert [snapshot.wires[InputWord("i")] is not None for snapshot in trace] == [
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert [snapshot.wires[FifoEnd("f1")] is not None for snapshot in trace] == [
+        False,
+        False,
+        True,
+        True,
+        False,
+    ]
 
 
 def test_outputs_may_be_constants_alone() -> None:

@@ -12,10 +12,10 @@ import cordicc
 from cordicc.certify.plans import StatedBounds
 from cordicc.emulate import functional, judging
 from cordicc.emulate.histogram import Worst
-from cordicc.emulate.judging import Judged, Judgement, Limits
+from cordicc.emulate.judging import ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import run_parts
 from cordicc.ir import sampling
-from tests.cli.test_cli import run
+from tests.support.command_line import run
 
 TEXT = """\
 name: singular
@@ -42,7 +42,7 @@ def file(plan: cordicc.Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def judged(
-    plan: cordicc.Plan, samples: dict[str, np.ndarray], part: int, reference: int, limits: Limits
+    plan: cordicc.Plan, samples: dict[str, np.ndarray], part: int, reference: int, limits: ConditionalBounds
 ) -> dict[str, Judged]:
     count = len(samples["x"])
     parts = [{n: c[i : i + part] for n, c in samples.items()} for i in range(0, count, part)]
@@ -89,7 +89,7 @@ def test_where_is_judged_for_every_sample(plan: cordicc.Plan) -> None:
 def test_parts_and_reference_change_no_judgement(plan: cordicc.Plan, factor: float) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    limits = Limits({name: factor * value for name, value in stated.values.items()}, stated.inside)
+    limits = ConditionalBounds({name: factor * value for name, value in stated.values.items()}, stated.inside)
     samples = sampling.draw(plan.problem.workspace, 3000, 5)
     samples["x"][7] = 2.0
     whole = judged(plan, samples, 3000, 3000, limits)
@@ -107,7 +107,7 @@ def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch:
     samples = sampling.draw(plan.problem.workspace, 500, 5)
     stated = StatedBounds.of(plan)
     assert stated is not None
-    limits = Limits({"s": 1e-12}, stated.inside)
+    limits = ConditionalBounds({"s": 1e-12}, stated.inside)
     for reference in (500, 0, 4):
         assert judged(plan, samples, 100, reference, limits)["s"].beyond == 10
 
@@ -115,7 +115,9 @@ def test_beyond_is_established_for_so_many_only(plan: cordicc.Plan, monkeypatch:
 def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
     """What double precision calls an error, and high precision does not, is none."""
     graph, angles = plan.problem.program, plan.problem.angles
-    judgement = Judgement(graph, angles, Limits({"s": 0.1}, lambda inputs: {"s": np.ones(3, bool)}))
+    judgement = Judgement(
+        graph, angles, ConditionalBounds({"s": 0.1}, lambda inputs: {"s": np.ones(3, bool)})
+    )
     inputs = {"x": np.array([0.1, 0.2, 0.3]), "y": np.array([0.5, 0.5, 0.5])}
     outputs = {"s": np.array([0.6, 0.7, 1.0])}
     errors = {"s": np.array([0.5, np.nan, 0.01])}
@@ -130,7 +132,7 @@ def test_no_double_makes_a_sample_beyond(plan: cordicc.Plan) -> None:
 def test_a_sample_that_a_search_found_is_judged(plan: cordicc.Plan) -> None:
     stated = StatedBounds.of(plan)
     assert stated is not None
-    judgement = Judgement(plan.problem.program, {}, Limits(stated.values, stated.inside))
+    judgement = Judgement(plan.problem.program, {}, ConditionalBounds(stated.values, stated.inside))
     judgement.add_found("a", Worst(1.0, None, {"x": 1e-6, "y": 0.0}))  # outside
     judgement.add_found("s", Worst(0.0, None, {"x": 1e-6, "y": 0.0}))  # within
     assert not any(each.beyond for each in judgement.found.values())

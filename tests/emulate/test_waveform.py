@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 from vcd.reader import TokenKind, tokenize
 
-from cordicc.api import Plan
+from cordicc import Plan
 from cordicc.base.diagnostics import Unattainable
 from cordicc.cli.main import main
 from cordicc.emulate import waveform
@@ -149,7 +149,7 @@ def test_the_same_bytes_and_no_date() -> None:
     [(1e7, 5, "10 ns"), (1e8, 5, "1 ns"), (1.0, 5, "100 ms"), (3e6, 166666667, "1 fs"), (1e12, 5, "100 fs")],
 )
 def test_timescales(clock_hz: float, half: int, timescale: str) -> None:
-    assert waveform._time(clock_hz) == (half, timescale)
+    assert waveform.timing(clock_hz) == (half, timescale)
 
 
 def test_a_waveform_that_would_be_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,16 +11,17 @@ import pytest
 from click.testing import CliRunner
 
 import cordicc
-from cordicc import pipeline
-from cordicc.backends.text.summary import comparison_data, comparison_sheet
+from cordicc.artefacts import artefacts
 from cordicc.base.diagnostics import CordiccError
 from cordicc.base.text_tables import plain
 from cordicc.cli.main import main
+from cordicc.cli.simulation_text import comparison_data, comparison_sheet
 from cordicc.emulate import functional, observation
 from cordicc.ir import sampling
 from cordicc.ir.sampling import Workspace
 from cordicc.plan.file import dump, parse
 from cordicc.plan.model import Plan
+from cordicc.readback import check_plan
 from tests.support.paths import EXAMPLES
 
 PROBLEM = """
@@ -45,7 +46,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 def load(content: str) -> Plan:
-    return pipeline.check_plan(parse(content, "plan.json"))
+    return check_plan(parse(content, "plan.json"))
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -143,7 +144,7 @@ def test_outputs_follow_the_problem(base: dict[str, Any], tmp_path: Path) -> Non
     arguments = ["simulate", str(tmp_path / "plan.json"), "--random", "3", "--outputs", str(out)]
     assert CliRunner().invoke(main, arguments).exit_code == 0
     assert out.read_text(encoding="utf-8").splitlines()[0] == "z,b,valid"
-    page = pipeline.artefacts(plan)["report.html"]
+    page = artefacts(plan)["report.html"]
     table = page[page.index("largest observed") :]
     heads = re.findall(r'<th scope="row">(.*?)</th><td class="n">', table)
     assert [re.sub("<.*?>", "", head) for head in heads][:2] == ["z", "b"]

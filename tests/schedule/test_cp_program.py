@@ -6,11 +6,15 @@ from cordicc.schedule.solver.cp_program import Space
 from cordicc.schedule.solver.cp_search import Work, minimise
 from cordicc.schedule.solver.dependences import network
 from cordicc.schedule.solver.goals import FIFO_WORDS, Goal
-from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, Value
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, TaskValue
 
 CHAIN = SchedulingProblem(
     tuple(Task(id, "cau", 3) for id in "abc"),
-    (Value("a.r", "a", (("b", "x"),)), Value("b.r", "b", (("c", "x"),)), Value("c.r", "c", (("out", "q"),))),
+    (
+        TaskValue("a.r", "a", (("b", "x"),)),
+        TaskValue("b.r", "b", (("c", "x"),)),
+        TaskValue("c.r", "c", (("out", "q"),)),
+    ),
     interval=4,
 )
 

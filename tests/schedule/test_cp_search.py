@@ -4,13 +4,13 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
-from unittest.mock import patch
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from cordicc.plan.netlist import ConstantWord
 from cordicc.schedule.binding import Wiring, bind, multiplexer_inputs
-from cordicc.schedule.solver import fifo_lp, neighbourhoods, shift
+from cordicc.schedule.solver import neighbourhoods
 from cordicc.schedule.solver.cp_program import Space
 from cordicc.schedule.solver.cp_search import Clock, Work
 from cordicc.schedule.solver.dependences import network
@@ -19,10 +19,10 @@ from cordicc.schedule.solver.fifo_lp import least_cycles
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.solver.latency_bounds import latency_bound
 from cordicc.schedule.solver.modulo_list import list_schedule
-from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Value, fifo_words
+from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, TaskValue, fifo_words
 from cordicc.schedule.solver.shift import improve
 from cordicc.schedule.solver.symmetry import exchanges
-from tests.schedule.test_schedule_properties import every_schedule
+from tests.support.every_schedule import every_schedule
 from tests.support.random_plans import Flow, flows
 
 relaxed = settings(deadline=None, max_examples=60)
@@ -137,9 +137,8 @@ def test_large_problems_go_in_blocks(flow: Flow, interval: int, measure: str) ->
     start = list_schedule(net, 0)
     latency = net.makespan(start)
     whole = least_cycles(problem, latency)
-    with patch.object(shift, "_BLOCK", 3), patch.object(fifo_lp, "_MOST_WHOLE", 3):
-        assert 0 <= least_cycles(problem, latency) <= whole
-        moved = improve(problem, net, start, latency, [1] * len(problem.values))
+    assert 0 <= least_cycles(problem, latency, most_whole=3) <= whole
+    moved = improve(problem, net, start, latency, [1] * len(problem.values), block=3)
     before, after = (dict(zip(net.ids, cycles, strict=True)) for cycles in (start, moved))
     assert fifo_words(problem, after, latency) <= fifo_words(problem, before, latency)
     assert net.makespan(moved) <= latency
@@ -152,7 +151,7 @@ def test_taps_never_cost_more_than_a_delay_for_each_consumer(flow: Flow, interva
     problem = replace(flow.problem(), interval=interval)
     solved = solve(problem, [LATENCY, FIFO_WORDS], effort=Effort(words=0.2))
     apart = tuple(
-        Value(f"{value.name}{k}", value.producer, (sink,))
+        TaskValue(f"{value.name}{k}", value.producer, (sink,))
         for value in problem.values
         for k, sink in enumerate(value.consumers)
     )
@@ -167,7 +166,7 @@ def test_taps_never_cost_more_than_a_delay_for_each_consumer(flow: Flow, interva
 )
 def test_binding_has_the_fewest_multiplexer_inputs(rows: list[tuple[int, list[int]]]) -> None:
     slot = {f"o{k}": row[0] for k, row in enumerate(rows)}
-    drivers = {f"o{k}": tuple(("constant", str(c)) for c in row[1]) for k, row in enumerate(rows)}
+    drivers = {f"o{k}": tuple(ConstantWord(str(c)) for c in row[1]) for k, row in enumerate(rows)}
     wires = Wiring(dict.fromkeys(slot, "mul"), slot, drivers)
     found = bind(wires)
     places = [(slot[id], unit) for id, unit in found.items()]

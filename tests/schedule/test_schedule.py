@@ -13,7 +13,7 @@ from cordicc.schedule.solver.scheduling_problem import (
     InfeasibleError,
     SchedulingProblem,
     Task,
-    Value,
+    TaskValue,
     fifo_words,
 )
 from tests.support.random_plans import Flow
@@ -24,7 +24,7 @@ def problem(tasks: dict[str, int], values: dict[str, str]) -> SchedulingProblem:
     return SchedulingProblem(
         tuple(Task(id, "any", latency) for id, latency in tasks.items()),
         tuple(
-            Value(
+            TaskValue(
                 name,
                 name.split(".")[0] if "." in name else None,
                 tuple((sink.split(".")[0], sink.split(".")[1]) for sink in sinks.split()),
@@ -103,7 +103,10 @@ def test_latency_limit() -> None:
         (problem({}, {"i": "a.x"}), "'i' goes to unknown operation 'a'"),
         (problem({"a": 1}, {"i": "a.x", "j": "a.x"}), "sink 'a.x' occurs twice"),
         (SchedulingProblem((Task("a", "k", 1), Task("a", "k", 1)), ()), "operation 'a' occurs twice"),
-        (SchedulingProblem((), (Value("i", None, ()), Value("i", None, ()))), "value 'i' occurs twice"),
+        (
+            SchedulingProblem((), (TaskValue("i", None, ()), TaskValue("i", None, ()))),
+            "value 'i' occurs twice",
+        ),
     ],
 )
 def test_malformed_problems(given: SchedulingProblem, message: str) -> None:

@@ -6,10 +6,10 @@ import sys
 from fractions import Fraction
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
-from cordicc.cli.main import main
 from cordicc.studies import cluster, sequence_search
+from tests.support.command_line import run
 
 INSTALLED = all(importlib.util.find_spec(name) for name in ("joblib", "distributed"))
 needs_dask = pytest.mark.skipif(not INSTALLED, reason="needs joblib and distributed: cordicc[cluster]")
@@ -17,7 +17,7 @@ SMALL = ["--search", "--final-shift", "6", "--max-iterations", "10", "--scaling-
 
 
 def invoke(*arguments: str) -> Result:
-    return CliRunner().invoke(main, ["sequences", *arguments])
+    return run("sequences", *arguments)
 
 
 @needs_dask
@@ -40,7 +40,7 @@ def test_a_cluster_finds_what_one_process_finds(cores):
 def test_a_cluster_without_workers(monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1)
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 1)
     with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as local:
         result = invoke(*SMALL, "--cluster", local.scheduler_address)
     assert result.exit_code == 2
@@ -70,7 +70,7 @@ def test_the_parts_run_on_the_workers(monkeypatch, cores):
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "", "127.0.0.1:port"])
 def test_no_scheduler_answers(monkeypatch, address):
-    monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1)
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 1)
     result = invoke(*SMALL, "--cluster", address)
     assert result.exit_code == 2
     assert f"error[E721]: no Dask scheduler answers at {address}" in result.stderr

@@ -5,18 +5,18 @@ from itertools import combinations_with_replacement, product
 from math import atan, pi, prod
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 from cordicc.arith.kernels import shift_sequences
-from cordicc.cli.main import main
 from cordicc.ir.meaning.exact import PI
 from cordicc.studies.sequence_search import Conditions, Outcome, ZeroShift, merge, outcomes, run, tasks
+from tests.support import command_line
 
 ERROR = Fraction(1, 2**22)
 
 
 def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, ["sequences", *map(str, arguments)])
+    return command_line.run("sequences", *arguments)
 
 
 def searched(conditions: Conditions, limit: int = 1, jobs: int = 1) -> Outcome:

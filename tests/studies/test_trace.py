@@ -6,14 +6,14 @@ from dataclasses import replace
 from decimal import Decimal
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cordicc.arith.kernels import shift_sequences
-from cordicc.cli.main import main
 from cordicc.studies import iterations
 from cordicc.studies.iteration_table import decimal
+from tests.support import command_line
 
 # Krieger and Hosticka 1996, as printed: i, x_i, y_i, z_i.
 TABLE_2 = """
@@ -90,7 +90,7 @@ ETA = [1, 1, -1, 1, 1, 0, 0, 1, 1, 0, 0, 1, -1, 1, -1, 1, -1, 1, 0, 1, -1, 1]
 
 
 def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(main, ["trace", *map(str, arguments)])
+    return command_line.run("trace", *arguments)
 
 
 def rows(text: str) -> list[list[str]]:

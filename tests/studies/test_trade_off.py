@@ -8,18 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from cordicc.base.diagnostics import InvalidInput
-from cordicc.cli.explore import _report
-from cordicc.cli.main import main
+from cordicc.cli.explore import report_with
 from cordicc.plan.file import parse
 from cordicc.studies import trade_off
+from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")
@@ -92,19 +87,19 @@ class TestTradeOff:
         return trade_off.Front(plan.name, title, "kinematic", 1, points, 9, plan.problem.program)
 
     def test_the_report_of_the_same_problem_gets_it(self, folder: Path, front) -> None:
-        text = _report(folder, front)["report.html"]
+        text = report_with(front, folder)["report.html"]
         assert 'href="#trade-off"' in text
         assert "Latency in cycles over CAUs" in text
 
     def test_the_report_of_another_problem_stays(self, folder: Path, front, capsys) -> None:
-        assert _report(folder, replace(front, program="%0 = input[name=x]")) == {}
+        assert report_with(replace(front, program="%0 = input[name=x]"), folder) == {}
         assert "warning[W722]" in capsys.readouterr().err
 
     def test_no_plan_or_a_broken_one(self, tmp_path: Path, front, capsys) -> None:
-        assert _report(tmp_path, front) == {}
+        assert report_with(front, tmp_path) == {}
         assert capsys.readouterr().err == ""
         (tmp_path / "plan.json").write_text("{}")
-        assert _report(tmp_path, front) == {}
+        assert report_with(front, tmp_path) == {}
         assert "was left as it is: not a plan" in capsys.readouterr().err
 
 

@@ -17,12 +17,14 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from cordicc import pipeline
+from cordicc.artefacts import artefacts
 from cordicc.base.codes import CODES
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate import cycle, functional
 from cordicc.expressions.syntax import FUNCTIONS
 from cordicc.ir import sampling
 from cordicc.plan.file import dump, parse
+from cordicc.readback import check_plan
 
 Text = str
 
@@ -327,9 +329,9 @@ def compiled(text: Text) -> str:
 
     def use(path: Path) -> str:
         plan = pipeline.compile_file(path, pipeline.Options()).plan
-        files = pipeline.artefacts(plan)
+        files = artefacts(plan)
         again = parse(files["plan.json"], "plan.json")
-        pipeline.check_plan(again)
+        check_plan(again)
         assert dump(again) == files["plan.json"]
         return "ok"
 
@@ -339,7 +341,7 @@ def compiled(text: Text) -> str:
 def loaded(text: Text) -> str:
     """The text of a plan is refused, or the plan can be run both ways, drawn and written again."""
     try:
-        plan = pipeline.check_plan(parse(text, "plan.json"))
+        plan = check_plan(parse(text, "plan.json"))
     except InvalidInput as error:
         return told(error)
     inputs = sampling.draw(plan.problem.workspace, 3, 0)
@@ -347,7 +349,7 @@ def loaded(text: Text) -> str:
     first, second = functional.run(plan, machine, inputs), cycle.run(plan, machine, inputs)
     for name in plan.outputs:
         assert first[name].tobytes() == second[name].tobytes(), name
-    pipeline.artefacts(plan)
+    artefacts(plan)
     return "ok"
 
 

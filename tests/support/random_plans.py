@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from cordicc.arith.numbers.formats import Signal
 from cordicc.plan.model import Operand, Operation, Plan, Unit
 from cordicc.plan.origin import PlanOptions
 from cordicc.schedule.delays import delays
-from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, Schedule, SchedulingProblem, Sink, Task, TaskValue
 from tests.support.origins import problem_of, target_of
 
 PORTS = ("x", "y", "z")
@@ -52,7 +52,7 @@ class Flow:
         tasks = tuple(Task(f"o{i}", "mix", latency) for i, (latency, _, _) in enumerate(self.operations))
         producer = {name: f"o{i}" for i in range(len(self.operations)) for name in self.results(i)}
         values = tuple(
-            Value(name, producer.get(name), tuple(sinks)) for name, sinks in self.consumers().items()
+            TaskValue(name, producer.get(name), tuple(sinks)) for name, sinks in self.consumers().items()
         )
         return SchedulingProblem(tasks, values)
 
@@ -66,7 +66,7 @@ class Flow:
             operations.append(
                 Operation(
                     id=f"o{index}",
-                    op="mix",
+                    op="rotate",
                     params={"salt": index, "results": self.operations[index][2]},
                     kind="mix",
                     mode="mix",
@@ -117,6 +117,21 @@ def flows(draw: st.DrawFn, most_operations: int = 6, most_latency: int = 5) -> F
     return Flow(inputs, tuple(rows), tuple(outputs))
 
 
+def with_interval(plan: Plan, interval: int, share: bool) -> Plan:
+    """Return the plan with new samples every `interval` cycles, units shared where slots allow."""
+    fifos = [replace(fifo, depth=-(-fifo.depth // interval)) for fifo in plan.fifos]
+    taken: dict[tuple[str, int], Operation] = {}
+    operations = []
+    for operation in plan.operations:
+        own = operation.finish - operation.start
+        candidates = [unit.id for unit in plan.units if unit.latency == own] if share else [operation.unit]
+        slot = operation.start % interval
+        unit = next(id for id in candidates if (id, slot) not in taken)
+        taken[unit, slot] = operation
+        operations.append(replace(operation, unit=unit))
+    return replace(plan, initiation_interval=interval, operations=tuple(operations), fifos=tuple(fifos))
+
+
 class FakeFormat:
     """64-bit words; the bits of a double, or a hash read as a number in [0, 1); every 61st is invalid."""
 
@@ -150,8 +165,9 @@ class FakeArithmetic:
         kind: str,
         operands: Sequence[Signal],
         formats: Sequence[Any],
+        angle: int | None,
     ) -> tuple[Signal, ...]:
-        assert op == kind == "mix"
+        assert (op, kind, angle) == ("rotate", "mix", None)
         assert len({operand.words.shape for operand in operands}) == 1
         word = np.full(operands[0].words.shape, params["salt"], np.uint64)
         for operand in operands:

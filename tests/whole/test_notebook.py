@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from cordicc.api import Picture, Plan
+from cordicc import Plan
+from cordicc.api import Picture
 from tests.support import hand_plans as plans
 from tests.support.paths import EXAMPLES
 

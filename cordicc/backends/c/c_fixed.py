@@ -12,8 +12,8 @@ from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.fixed_point import SHIFT_LIMIT, WIDTHS, FixedPoint
 from cordicc.arith.numbers.fixed_system import WRAP_GUARD_BITS, FixedSystem, wraps_in_int64
 from cordicc.arith.numbers.formats import NumberFormat
+from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 from cordicc.backends.c.c_sections import int64
-from cordicc.backends.c.c_words import KEPT, Term, limit
 
 _MOST_SPREAD = 29
 """Binary places between two words whose sum surely fits 64 bits."""
@@ -28,29 +28,29 @@ class CannotEmit(Exception):
 
 
 @dataclass(slots=True)
-class FixedWords:
-    """See `Words`."""
+class CFixedPoint:
+    """See `CArithmetic`."""
 
     system: FixedSystem
     ctype: str = "int32_t"
     needs: dict[str, None] = field(default_factory=dict)
     phases: list[range] = field(default_factory=list)
 
-    def constant(self, text: str) -> Term:
+    def constant(self, text: str) -> COperand:
         """Return a constant of the plan."""
         word, format_ = self.system.constant(text)
-        return Term(f"({int(word)})" if word < 0 else str(int(word)), format_, constant=True)
+        return COperand(f"({int(word)})" if word < 0 else str(int(word)), format_, constant=True)
 
     def invalid(self, format_: NumberFormat) -> str:
         """Return the invalid word."""
         return f"INVALID({format_.width_bits})"
 
-    def is_valid(self, term: Term) -> str:
+    def is_valid(self, term: COperand) -> str:
         """Return the condition that a word is valid."""
         return f"{term.text} != {self.invalid(term.format)}"
 
     def calculate(
-        self, op: str, params: Mapping[str, Any], terms: Sequence[Term], result: NumberFormat
+        self, op: str, params: Mapping[str, Any], terms: Sequence[COperand], result: NumberFormat
     ) -> str:
         """Return the result of an operation, given that the terms are valid."""
         to = _fixed(result)
@@ -83,7 +83,7 @@ class FixedWords:
         assert op == "wrap", op
         return self._wrapped(a, to)
 
-    def _word(self, term: Term, to: FixedPoint) -> str:
+    def _word(self, term: COperand, to: FixedPoint) -> str:
         """Return a word rounded to another format."""
         return self._rounded(term.text, _bits(term), to)
 
@@ -94,7 +94,7 @@ class FixedWords:
             return f"{self._use('word')}({number}, {to.width_bits})"
         return f"{self._use('rounded')}({number}, {right}, {to.width_bits})"
 
-    def _sum(self, a: Term, b: Term, to: FixedPoint, *, minus: bool) -> str:
+    def _sum(self, a: COperand, b: COperand, to: FixedPoint, *, minus: bool) -> str:
         signs = (1, -1 if minus else 1)
         coarse, fine = sorted(zip((a, b), signs, strict=True), key=lambda pair: _bits(pair[0]))
         spread = _bits(fine[0]) - _bits(coarse[0])
@@ -108,7 +108,7 @@ class FixedWords:
             return self._rounded(number, _bits(fine[0]), to)
         return self._wide_sum(coarse, fine, to)
 
-    def _wide_sum(self, coarse: tuple[Term, int], fine: tuple[Term, int], to: FixedPoint) -> str:
+    def _wide_sum(self, coarse: tuple[COperand, int], fine: tuple[COperand, int], to: FixedPoint) -> str:
         """Return the rounded sum of words whose binary points lie far apart.
 
         The finer word is cut off below a quarter of the result's last place and below half of the
@@ -127,7 +127,7 @@ class FixedWords:
             high = f"{self._use('within')}({high}, {_LARGEST_COARSE})"
         return self._rounded(f"{high} * {int64(1 << min(lift, _MOST_LIFT))} + {low}", fraction, to)
 
-    def _compared(self, a: Term, test: str, b: Term) -> str:
+    def _compared(self, a: COperand, test: str, b: COperand) -> str:
         """Compare words; 32 places tell the lesser of any two apart."""
         spread = max(-32, min(32, _bits(a) - _bits(b)))
         left, right = f"(int64_t){a.text}", f"(int64_t){b.text}"
@@ -137,7 +137,7 @@ class FixedWords:
             left += f" * {int64(1 << -spread)}"
         return f"{left} {test} {right}"
 
-    def _wrapped(self, angle: Term, to: FixedPoint) -> str:
+    def _wrapped(self, angle: COperand, to: FixedPoint) -> str:
         fraction = _bits(angle)
         if fraction >= WIDTHS.stop - 2:  # below 2, whatever the word
             return self._word(angle, to)
@@ -152,7 +152,7 @@ class FixedWords:
         most = int64(_largest_within(math.pi + to.ulp / 4, fraction))
         return f"{self._use('wrapped')}({number}, {right}, {to.width_bits}, {_pi_word(to)}, {most})"
 
-    def unpack(self, term: Term) -> str:
+    def unpack(self, term: COperand) -> str:
         """Return a valid word as an operand of a unit."""
         return f"{self._use('unpack_word', 'unpack')}({term.text}, {_bits(term)})"
 
@@ -165,7 +165,7 @@ class FixedWords:
         most, bits = limit(math.pi + to.ulp / 4)
         return f"{self._use('pack_word_angle', 'pack_angle')}({shape}, {_pi_word(to)}, {int64(most)}, {bits})"
 
-    def converted(self, term: Term, result: NumberFormat) -> str:
+    def converted(self, term: COperand, result: NumberFormat) -> str:
         """Return a word, valid or not, in another format."""
         to = _fixed(result)
         if term.format == to:
@@ -179,7 +179,7 @@ class FixedWords:
         to = _fixed(result)
         return f"{self._use('encode_word', 'encode')}({number}, {to.fraction_bits}, {to.width_bits})"
 
-    def decode(self, term: Term) -> str:
+    def decode(self, term: COperand) -> str:
         """Return the double that a word stands for."""
         unit = math.ldexp(1.0, -_bits(term)).hex()
         return f"{self.is_valid(term)} ? {term.text} * {unit} : NAN"
@@ -213,7 +213,7 @@ def _fixed(format_: NumberFormat) -> FixedPoint:
     return format_
 
 
-def _bits(term: Term) -> int:
+def _bits(term: COperand) -> int:
     return _fixed(term.format).fraction_bits
 
 

@@ -16,13 +16,13 @@ from cordicc.arith.kernels.shift_sequences import ln2_fixed
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.arith.unit.arithmetic import ANGLE_RESULT, Arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.backends.c import c_units as units
-from cordicc.backends.c.c_fixed import CannotEmit, FixedWords
+from cordicc.backends.c.c_arithmetic import CArithmetic, COperand, conjunction
+from cordicc.backends.c.c_fixed import CannotEmit, CFixedPoint
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.backends.c.c_sections import Library, render
-from cordicc.backends.c.c_single import SingleWords
-from cordicc.backends.c.c_words import Term, Words, conjunction
+from cordicc.backends.c.c_single import CSinglePrecision
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -35,7 +35,7 @@ def files(plan: Plan) -> dict[str, str]:
     """
     name = identifiers([plan.name])[plan.name]
     try:
-        context = _Model(plan, name).context()
+        context = _ModelTexts(plan, name).context()
     except CannotEmit as error:
         message = f"the C model of this plan cannot be written: {error}"
         raise Unattainable([Diagnostic("E420", message, hint="wrap: false, or a smaller range")]) from None
@@ -43,15 +43,15 @@ def files(plan: Plan) -> dict[str, str]:
 
 
 @dataclass(slots=True)
-class _Model:
+class _ModelTexts:
     """The texts of a plan's C model."""
 
     plan: Plan
     name: str
     arithmetic: Arithmetic = field(init=False)
-    words: Words = field(init=False)
+    words: CArithmetic = field(init=False)
     formats: dict[str, NumberFormat] = field(init=False)
-    terms: dict[str, Term] = field(init=False)
+    terms: dict[str, COperand] = field(init=False)
     unit_needs: dict[str, None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -59,17 +59,17 @@ class _Model:
         self.arithmetic = plan.arithmetic
         system = self.arithmetic.system
         assert isinstance(system, (FixedSystem, SingleSystem))
-        self.words = FixedWords(system) if isinstance(system, FixedSystem) else SingleWords(system)
+        self.words = CFixedPoint(system) if isinstance(system, FixedSystem) else CSinglePrecision(system)
         inputs = list(plan.problem.input_names)
         results = [name for o in plan.operations for name in o.results if name is not None]
         self.formats = {name: system.format(plan.formats.values.get(name)) for name in (*inputs, *results)}
         members, locals_ = identifiers(inputs), identifiers(results)
         texts = {name: f"in->{members[name]}" for name in inputs} | locals_
-        self.terms = {name: Term(text, self.formats[name]) for name, text in texts.items()}
+        self.terms = {name: COperand(text, self.formats[name]) for name, text in texts.items()}
 
     def context(self) -> dict[str, Any]:
         """Return what the templates of file and header need."""
-        plan, fixed = self.plan, isinstance(self.words, FixedWords)
+        plan, fixed = self.plan, isinstance(self.words, CFixedPoint)
         statements = list(self._statements())
         inputs, outputs = list(self._inputs()), list(self._outputs())
         library = Library()
@@ -127,7 +127,7 @@ class _Model:
         members = identifiers(self.plan.outputs)
         for name, operand in self.plan.outputs.items():
             format_ = system.format(self.plan.formats.outputs.get(name))
-            delivered = Term(f"out->{members[name]}", format_)
+            delivered = COperand(f"out->{members[name]}", format_)
             about = (self.words.describe(format_), self._equation(name))
             yield {
                 "name": name,
@@ -143,7 +143,7 @@ class _Model:
         texts = [e.text for e in self.plan.problem.equations if e.target == name]
         return texts[0] if texts else ""
 
-    def _term(self, operand: Operand) -> Term:
+    def _term(self, operand: Operand) -> COperand:
         if operand.value is not None:
             return self.terms[operand.value]
         assert operand.constant is not None
@@ -170,7 +170,7 @@ class _Model:
             else:
                 yield self._calculation(operation, terms, valid)
 
-    def _calculation(self, operation: Operation, terms: list[Term], valid: str) -> str:
+    def _calculation(self, operation: Operation, terms: list[COperand], valid: str) -> str:
         (name,) = operation.results
         assert name is not None
         result = self.terms[name]
@@ -180,7 +180,7 @@ class _Model:
         return f"    const {self.words.ctype} {result.text} = {value};"
 
     def _unit_operation(
-        self, operation: Operation, terms: list[Term], valid: str, used: set[str]
+        self, operation: Operation, terms: list[COperand], valid: str, used: set[str]
     ) -> Iterator[str]:
         section, more = units.function(operation.op, operation.params)
         function = f"{operation.kind}_{section}"
@@ -190,10 +190,9 @@ class _Model:
         both = f"unit_{self.plan.operations.index(operation)}"
         arguments = ", ".join([*(self.words.unpack(term) for term in terms), *more])
         yield f"    const pair {both} = {valid} ? {function}({arguments}) : nothing;"
-        angle = ANGLE_RESULT.get(operation.op) if operation.params.get("m") == 1 else None
         for at, name in enumerate(operation.results):
             if name is not None and name in used:
                 result = self.terms[name]
                 part = f"{both}.{('first', 'second')[at]}"
-                word = self.words.pack(part, result.format, angle=at == angle)
+                word = self.words.pack(part, result.format, angle=at == operation.angle)
                 yield f"    const {self.words.ctype} {result.text} = {word};"

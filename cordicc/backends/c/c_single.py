@@ -15,7 +15,7 @@ from typing import Any
 
 from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL, SingleSystem
 from cordicc.arith.numbers.formats import PI_SLACK, SINGLE, SINGLE_PI, NumberFormat
-from cordicc.backends.c.c_words import KEPT, Term, limit
+from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*"}
 _EXPONENTS = range(-172, 105)
@@ -24,28 +24,28 @@ _FAR_EXPONENTS = range(1, 105)
 
 
 @dataclass(slots=True)
-class SingleWords:
-    """See `Words`."""
+class CSinglePrecision:
+    """See `CArithmetic`."""
 
     system: SingleSystem
     ctype: str = "float"
     needs: dict[str, None] = field(default_factory=dict)
     phases: list[range] = field(default_factory=list)
 
-    def constant(self, text: str) -> Term:
+    def constant(self, text: str) -> COperand:
         """Return a constant of the plan."""
-        return Term(_literal(float(self.system.constant(text).words)), SINGLE, constant=True)
+        return COperand(_literal(float(self.system.constant(text).words)), SINGLE, constant=True)
 
     def invalid(self, format_: NumberFormat) -> str:
         """Return the invalid word."""
         return "NAN"
 
-    def is_valid(self, term: Term) -> str:
+    def is_valid(self, term: COperand) -> str:
         """Return the condition that a word is valid."""
         return f"{self._use('is_number')}({term.text})"
 
     def calculate(
-        self, op: str, params: Mapping[str, Any], terms: Sequence[Term], result: NumberFormat
+        self, op: str, params: Mapping[str, Any], terms: Sequence[COperand], result: NumberFormat
     ) -> str:
         """Return the result of an operation, given that the terms are valid."""
         texts = [term.text for term in terms]
@@ -77,7 +77,7 @@ class SingleWords:
         }[op]
         return f"{self._use(section, name)}({a})"
 
-    def unpack(self, term: Term) -> str:
+    def unpack(self, term: COperand) -> str:
         """Return a valid word as an operand of a unit."""
         return f"{self._use('unpack_single', 'unpack')}({term.text})"
 
@@ -87,7 +87,7 @@ class SingleWords:
             return f"{self._use('pack_single_angle', 'pack_angle')}({number})"
         return f"{self._use('pack_unit_single', 'pack')}({number})"
 
-    def converted(self, term: Term, result: NumberFormat) -> str:
+    def converted(self, term: COperand, result: NumberFormat) -> str:
         """Return the word: there is one format."""
         return term.text
 
@@ -95,7 +95,7 @@ class SingleWords:
         """Return the word of a double."""
         return f"{self._use('encode_single', 'encode')}({number})"
 
-    def decode(self, term: Term) -> str:
+    def decode(self, term: COperand) -> str:
         """Return the double that a word stands for."""
         return f"(double){term.text}"
 

@@ -14,7 +14,7 @@ from cordicc.targets.target import SYSTEMS
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class ConstantProduct:
     """value * constant / 2^shift rounded half up; the lower limbs of the value, and their width in bits."""
 
     constant: int
@@ -23,9 +23,9 @@ class Product:
     bits: int
 
 
-def product(constant: int, shift: int, value_bits: int) -> Product:
+def product(constant: int, shift: int, value_bits: int) -> ConstantProduct:
     """Return the product with a constant, split so that it fits values of `value_bits` bits."""
-    return Product(constant, shift, *limbs(constant, shift, value_bits))
+    return ConstantProduct(constant, shift, *limbs(constant, shift, value_bits))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Steps:
         return list(zip(self.table.angles, self.table.shifts, strict=True))
 
     @property
-    def inverse_gain(self) -> Product:
+    def inverse_gain(self) -> ConstantProduct:
         """The product that divides a coordinate by the gain, with four more bits."""
         bits = self.table.coordinate_bits
         constant = self.table.inverse_gain

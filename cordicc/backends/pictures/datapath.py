@@ -9,6 +9,7 @@ from cordicc.backends.pictures.folding import fold
 from cordicc.backends.pictures.layout import compact, forced_layers
 from cordicc.backends.pictures.shapes import Shape, fifo_shape, name_shape, operation_shape, output_text
 from cordicc.plan.model import Plan
+from cordicc.plan.netlist import Netlist
 
 Slot = tuple[int, int]
 """A cycle and a place within it: operations without latency come before those that take time."""
@@ -16,14 +17,26 @@ Slot = tuple[int, int]
 _LATE = 1 << 20
 
 
-def render(plan: Plan, drawn: Diagram | None = None) -> str:
-    """Return the datapath as SVG, as drawn or as wide as a page."""
-    return frame(plan, "Datapath", "dp", drawn or diagram(plan))
+_drawn: tuple[Plan, float | None, Diagram] | None = None
+"""The last datapath: the page, the picture and the notebook of a plan show the same."""
 
 
-def pieces(plan: Plan, drawn: Diagram | None = None) -> list[str]:
+def render(plan: Plan, width: float | None = PAGE_WIDTH) -> str:
+    """Return the datapath as SVG, in rows of at most `width` pixels; None: in one row."""
+    return frame(plan, "Datapath", "dp", _kept(plan, width))
+
+
+def pieces(plan: Plan) -> list[str]:
     """Return the rows of the datapath as pictures without titles, and the legend as the last one."""
-    return rows(plan, "Datapath", "dp", drawn or diagram(plan))
+    return rows(plan, "Datapath", "dp", _kept(plan, PAGE_WIDTH))
+
+
+def _kept(plan: Plan, width: float | None) -> Diagram:
+    """Return the datapath; placing and wiring take long, so the last one is kept."""
+    global _drawn
+    if _drawn is None or _drawn[0] is not plan or _drawn[1] != width:
+        _drawn = plan, width, diagram(plan, width)
+    return _drawn[2]
 
 
 def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:
@@ -44,12 +57,12 @@ def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:
 
 def _slots(plan: Plan) -> dict[str, Slot]:
     """Give each box its cycle.  A FIFO stands in the last column before the one it feeds."""
-    slots: dict[str, Slot] = {f"in.{name}": (-1, 0) for name in wiring.input_names(plan)}
+    slots: dict[str, Slot] = {f"in.{name}": (-1, 0) for name in plan.problem.input_names}
     instant = {op.id: op.start for op in plan.operations if op.finish <= op.start}
     starts = sorted({op.start for op in plan.operations if op.id not in instant})
     for operation in plan.operations:
         slots[f"op.{operation.id}"] = (operation.start, 0 if operation.id in instant else _LATE)
-    for fifo_id, (begin, end) in labels.spans(plan).items():
+    for fifo_id, (begin, end) in Netlist.of(plan).spans.items():
         columns = [cycle for cycle in starts if begin <= cycle < end]
         slots[f"fifo.{fifo_id}"] = (columns[-1] if columns else begin, _LATE)
     for name in plan.outputs:
@@ -66,13 +79,11 @@ def _slots(plan: Plan) -> dict[str, Slot]:
 
 
 def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
-    about = {item.name: item for item in plan.problem.inputs}
     shapes = []
-    for name in wiring.input_names(plan):
-        item = about[name]
-        unit = f" {item.unit}" if item.unit else ""
-        tip = f"input {name}: {item.lo} to {item.hi}{unit}"
-        shapes.append(name_shape(f"in.{name}", "input", name, tip, layers[f"in.{name}"]))
+    for item in plan.problem.inputs:
+        box, unit = f"in.{item.name}", f" {item.unit}" if item.unit else ""
+        tip = f"input {item.name}: {item.lo} to {item.hi}{unit}"
+        shapes.append(name_shape(box, "input", item.name, tip, layers[box]))
     shapes += [operation_shape(item, layers[f"op.{item.id}"]) for item in plan.operations]
     shapes += [fifo_shape(item, layers[f"fifo.{item.id}"]) for item in plan.fifos]
     for name, operand in plan.outputs.items():

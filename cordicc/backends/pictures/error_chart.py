@@ -20,7 +20,7 @@ _MOST_BINS = 26
 
 
 @dataclass(frozen=True, slots=True)
-class _Axis:
+class _OctaveAxis:
     """Powers of two across, from the bar of all smaller errors on."""
 
     first: int
@@ -47,7 +47,7 @@ def render(plan: Plan) -> list[str]:
     bounds = [bound for name in known if (bound := _bound(plan, name))]
     last = max([math.frexp(error)[1] for error in (*largest, *bounds)], default=0)
     smallest = min((math.frexp(error)[1] - 1 for error in largest), default=last - 1)
-    axis = _Axis(max(smallest, last - _MOST_BINS) - 1, last)
+    axis = _OctaveAxis(max(smallest, last - _MOST_BINS) - 1, last)
     angles = plan.problem.angles
     return [_chart(name, seen, _bound(plan, name), axis, angles) for name, seen in known.items()]
 
@@ -57,7 +57,9 @@ def _bound(plan: Plan, name: str) -> float | None:
     return bound.value if bound is not None and bound.value > 0 else None
 
 
-def _chart(name: str, seen: SeenErrors, bound: float | None, axis: _Axis, angles: dict[str, bool]) -> str:
+def _chart(
+    name: str, seen: SeenErrors, bound: float | None, axis: _OctaveAxis, angles: dict[str, bool]
+) -> str:
     svg = Svg("eh")
     unit = " rad" if angles[name] else ""
     svg.text(_LEFT, 16, fitted(name, 12, 120, bold=True), 12, bold=True)
@@ -90,7 +92,7 @@ def _chart(name: str, seen: SeenErrors, bound: float | None, axis: _Axis, angles
     return svg.document(_LEFT + _WIDTH + _RIGHT, base + _BELOW, summary)
 
 
-def _range(exponent: int, axis: _Axis) -> str:
+def _range(exponent: int, axis: _OctaveAxis) -> str:
     if exponent <= axis.first:
         return f"below {math.ldexp(1.0, axis.first + 1):.2e}"
     end = math.ldexp(1.0, exponent + 1) if exponent + 1 < sys.float_info.max_exp else sys.float_info.max
@@ -102,7 +104,7 @@ def _mark(svg: Svg, x: float, base: float, dash: str) -> None:
     svg.tag("path", d=f"M{number(x)} {_TOP}V{number(base)}", stroke=INK, stroke_width=1.4, **style)
 
 
-def _ticks(svg: Svg, axis: _Axis, base: float) -> None:
+def _ticks(svg: Svg, axis: _OctaveAxis, base: float) -> None:
     """Mark powers of ten, as many as have room."""
     tens = [p for p in range(-40, 41) if axis.first + 1 < p * math.log2(10) < axis.last]
     step = max(1, math.ceil(len(tens) / 6))

@@ -22,7 +22,7 @@ def diagram(plan: Plan, width: float | None) -> Diagram:
     """Return the graph, placed and wired."""
     nets = wiring.nets(plan, with_fifos=False)
     arcs = [(net.source.box, sink.box) for net in nets for sink in net.sinks]
-    names = [f"in.{name}" for name in wiring.input_names(plan)]
+    names = [f"in.{name}" for name in plan.problem.input_names]
     names += [f"op.{operation.id}" for operation in plan.operations]
     names += [f"out.{name}" for name in plan.outputs]
     layers = compact(_late_inputs(forced_layers(dict.fromkeys(names, 0), arcs), nets))
@@ -43,7 +43,7 @@ def _late_inputs(layers: dict[str, int], nets: list[Net]) -> dict[str, int]:
 def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
     shapes = [
         name_shape(f"in.{name}", "input", name, f"input {name}", layers[f"in.{name}"])
-        for name in wiring.input_names(plan)
+        for name in plan.problem.input_names
     ]
     for operation in plan.operations:
         shape = operation_shape(operation, layers[f"op.{operation.id}"])

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.backends.pictures import placing
-from cordicc.backends.pictures.placing import Edge, Node
+from cordicc.backends.pictures.placing import Edge, Vertex
 from cordicc.backends.pictures.routing import GRID, Channel, Crossing, Route, route
 
 GAP = 2 * GRID
@@ -142,7 +142,7 @@ class _Graph:
         self.boxes = boxes
         self.nets = nets
         self.index = {box.id: index for index, box in enumerate(boxes)}
-        self.nodes = [Node(box.layer, box.height) for box in boxes]
+        self.nodes = [Vertex(box.layer, box.height) for box in boxes]
         self.edges: list[Edge] = []
         self.net_edges: dict[int, list[list[Edge]]] = {}
         depth = max((box.layer for box in boxes), default=-1) + 1
@@ -169,7 +169,7 @@ class _Graph:
         for layer in range(first + 1, last + 1):
             ends = [Edge(node, offset, *end) for end in targets.get(layer, [])]
             if layer < last:
-                self.nodes.append(Node(layer, 0))
+                self.nodes.append(Vertex(layer, 0))
                 self.layers[layer].append(len(self.nodes) - 1)
                 ends.append(Edge(node, offset, len(self.nodes) - 1, 0))
                 node, offset = len(self.nodes) - 1, 0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cordicc.backends.palette import INK, MUTED, RULE, SERIES
+from cordicc.backends.pictures.axes import ROUND_STEPS
 from cordicc.backends.pictures.svg import Svg, fitted, number, text_width
 
 _WIDTH, _HEIGHT = 640, 360
@@ -51,8 +52,8 @@ def render(title: str, marks: Sequence[Mark]) -> str:
         11,
         fill=MUTED,
     )
-    across = _Axis.over([0, *(mark.processors for mark in marks)], _LEFT, _LEFT + _WIDTH)
-    up = _Axis.over([mark.latency for mark in marks], _TOP + _HEIGHT, _TOP)
+    across = _LinearAxis.over([0, *(mark.processors for mark in marks)], _LEFT, _LEFT + _WIDTH)
+    up = _LinearAxis.over([mark.latency for mark in marks], _TOP + _HEIGHT, _TOP)
     _grid(svg, across, up)
     intervals = sorted({mark.interval for mark in marks})
     # Intervals stand side by side, as the same CAUs and latency serve several of them.
@@ -101,7 +102,7 @@ def _label(svg: Svg, text: str, x: float, y: float, taken: list[tuple[float, flo
 
 
 @dataclass(frozen=True, slots=True)
-class _Axis:
+class _LinearAxis:
     """A linear scale with round ticks: values `first` to `last` on pixels `begin` to `end`."""
 
     first: int
@@ -111,12 +112,12 @@ class _Axis:
     end: float
 
     @classmethod
-    def over(cls, values: Sequence[int], begin: float, end: float) -> _Axis:
+    def over(cls, values: Sequence[int], begin: float, end: float) -> _LinearAxis:
         """Return the axis that has room on both sides of some values, but none below zero."""
         least, most = min(values, default=0), max(values, default=0)
         # A few cycles of difference are to be seen, but not to look like much.
         span = max(most - least, most // 8, 1)
-        step = next(b * 10**p for p in range(18) for b in (1, 2, 5) if b * 10**p * 8 >= span)
+        step = next(step for step in ROUND_STEPS if step * 8 >= span)
         return cls(max(0, step * (least // step - 1)), step * (most // step + 1), step, begin, end)
 
     def at(self, value: int) -> float:
@@ -128,7 +129,7 @@ class _Axis:
         return range(self.first, self.last + 1, self.step)
 
 
-def _grid(svg: Svg, across: _Axis, up: _Axis) -> None:
+def _grid(svg: Svg, across: _LinearAxis, up: _LinearAxis) -> None:
     for value in across.ticks():
         x = across.at(value)
         svg.tag("path", d=f"M{number(x)} {number(up.begin)}V{number(up.end)}", stroke=RULE, stroke_width=1)

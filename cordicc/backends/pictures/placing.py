@@ -12,8 +12,8 @@ MOST_EDGES = 20_000
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
-    """A node of one layer: a box, or the place where a net passes (height 0)."""
+class Vertex:
+    """A vertex of one layer: a box, or the place where a net passes (height 0)."""
 
     layer: int
     height: int
@@ -37,7 +37,7 @@ class Edge:
 Layers = list[list[int]]
 
 
-def order(nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers) -> Layers:
+def order(nodes: Sequence[Vertex], edges: Sequence[Edge], layers: Layers) -> Layers:
     """Reorder each layer so that few edges cross; a large drawing keeps the order of `layers`."""
     if len(edges) > MOST_EDGES:
         return layers
@@ -51,15 +51,15 @@ def order(nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers) -> Layer
     return best
 
 
-def _ranks(nodes: Sequence[Node], layers: Layers) -> dict[int, int]:
+def _ranks(nodes: Sequence[Vertex], layers: Layers) -> dict[int, int]:
     return {node: index for layer in layers for index, node in enumerate(layer)}
 
 
-def _point(nodes: Sequence[Node], ranks: dict[int, int], node: int, offset: int) -> float:
+def _point(nodes: Sequence[Vertex], ranks: dict[int, int], node: int, offset: int) -> float:
     return ranks[node] + offset / (nodes[node].height + 1)
 
 
-def _sweep(nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers, *, forward: bool) -> Layers:
+def _sweep(nodes: Sequence[Vertex], edges: Sequence[Edge], layers: Layers, *, forward: bool) -> Layers:
     ranks = _ranks(nodes, layers)
     around: dict[int, list[tuple[int, int]]] = {}
     for edge in edges:
@@ -84,7 +84,7 @@ def _mean(values: Sequence[float], otherwise: float) -> float:
     return sum(values) / len(values) if values else otherwise
 
 
-def _count(nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers) -> int:
+def _count(nodes: Sequence[Vertex], edges: Sequence[Edge], layers: Layers) -> int:
     """Count edge crossings between adjacent layers."""
     ranks = _ranks(nodes, layers)
     channels: dict[int, list[tuple[float, float]]] = {}
@@ -102,7 +102,7 @@ def _count(nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers) -> int:
 
 
 def heights(
-    nodes: Sequence[Node], edges: Sequence[Edge], layers: Layers, gap: int, pass_gap: int
+    nodes: Sequence[Vertex], edges: Sequence[Edge], layers: Layers, gap: int, pass_gap: int
 ) -> list[int]:
     """Choose the top of each node so that wires run straight; the order within layers stays.
 
@@ -135,14 +135,14 @@ def heights(
     return [top - least for top in tops]
 
 
-def _centre(nodes: Sequence[Node], layer: Sequence[int], tops: list[int], gap: int, pass_gap: int) -> None:
+def _centre(nodes: Sequence[Vertex], layer: Sequence[int], tops: list[int], gap: int, pass_gap: int) -> None:
     """Set the tops of a layer one below the other, that of the node in the middle to 0."""
     offsets = _offsets(nodes, layer, gap, pass_gap)
     for node, offset in zip(layer, offsets, strict=True):
         tops[node] = offset - offsets[len(offsets) // 2]
 
 
-def _offsets(nodes: Sequence[Node], layer: Sequence[int], gap: int, pass_gap: int) -> list[int]:
+def _offsets(nodes: Sequence[Vertex], layer: Sequence[int], gap: int, pass_gap: int) -> list[int]:
     """Return how far below the first node of a layer each one has to be."""
     offset, offsets = 0, []
     for index, node in enumerate(layer):
@@ -153,13 +153,13 @@ def _offsets(nodes: Sequence[Node], layer: Sequence[int], gap: int, pass_gap: in
     return offsets
 
 
-def _weight(nodes: Sequence[Node], node: int, other: int, *, agrees: bool) -> int:
+def _weight(nodes: Sequence[Vertex], node: int, other: int, *, agrees: bool) -> int:
     long = 3 if nodes[node].passes and nodes[other].passes else 1
     return long * (4 if agrees else 1)
 
 
 def _stack(
-    nodes: Sequence[Node],
+    nodes: Sequence[Vertex],
     layer: Sequence[int],
     tops: list[int],
     wishes: dict[int, list[tuple[int, int]]],

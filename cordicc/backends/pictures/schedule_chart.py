@@ -10,10 +10,13 @@ from dataclasses import dataclass, replace
 
 from cordicc.backends import labels
 from cordicc.backends.palette import BAND, INK, LOOKS, MUTED, PAPER, RULE, Look, look_of
+from cordicc.backends.pictures.axes import ROUND_STEPS
 from cordicc.backends.pictures.diagram import MARGIN, heading, kinds_used
 from cordicc.backends.pictures.reservation import draw as draw_reservation
 from cordicc.backends.pictures.svg import Svg, fitted, number, text_width
 from cordicc.plan.model import Operation, Plan
+from cordicc.plan.netlist import Netlist
+from cordicc.targets.target import CAU_KINDS
 
 LANE, VALUE_LANE = 18, 15
 SIZE = 9.0
@@ -50,8 +53,8 @@ class Row:
     lanes: tuple[tuple[Bar, ...], ...]
 
 
-def render(plan: Plan) -> str:
-    """Return the schedule as SVG."""
+def render(plan: Plan, width: float | None = None) -> str:
+    """Return the schedule as SVG; it is as wide as time takes, whatever the width."""
     return _drawn(plan, inside=False)
 
 
@@ -64,7 +67,7 @@ def _drawn(plan: Plan, *, inside: bool) -> str:
     span = max([plan.latency_cycles, 1, *(operation.finish for operation in plan.operations)])
     scale = min(max(CHART_WIDTH / span, LEAST_SCALE), MOST_SCALE)
     left = MARGIN + LABEL_WIDTH
-    operations = _unit_rows(plan, scale)
+    operations = unit_rows(plan, scale)
     values = _value_rows(plan, scale)
     width = left + span * scale + 90
     svg = Svg("sc")
@@ -94,7 +97,7 @@ def _lane_count(rows: Sequence[Row]) -> int:
     return sum(len(row.lanes) for row in rows)
 
 
-def _unit_rows(plan: Plan, scale: float) -> list[Row]:
+def unit_rows(plan: Plan, scale: float) -> list[Row]:
     """Return a row for each unit; many of a kind that do one operation each share rows."""
     busy: dict[str, list[Operation]] = {}
     for operation in plan.operations:
@@ -130,17 +133,17 @@ def _unit_rows(plan: Plan, scale: float) -> list[Row]:
 
 def _many(plan: Plan, kind: str) -> bool:
     """Tell whether a kind has so many units that they are drawn together."""
-    return kind not in labels.CAU_KINDS and sum(unit.kind == kind for unit in plan.units) > MOST_UNITS
+    return kind not in CAU_KINDS and sum(unit.kind == kind for unit in plan.units) > MOST_UNITS
 
 
 def _group(kind: str) -> tuple[int, str]:
     """Return the sort key of a kind of row: all CAUs are one group."""
-    return (-1, "") if kind in labels.CAU_KINDS else labels.kind_rank(kind)
+    return (-1, "") if kind in CAU_KINDS else labels.kind_rank(kind)
 
 
 def _bar(operation: Operation) -> Bar:
     name = operation.id
-    if operation.kind in labels.CAU_KINDS:
+    if operation.kind in CAU_KINDS:
         name = " ".join(
             part for part in (operation.id, operation.equation, f"({labels.mode(operation)})") if part
         )
@@ -154,7 +157,7 @@ def _bars(operations: Sequence[Operation]) -> list[Bar]:
 
 def _value_rows(plan: Plan, scale: float) -> list[Row]:
     """Return a row for each value that waits; many of them share rows, with their names at the bars."""
-    spans = labels.spans(plan)
+    spans = Netlist.of(plan).spans
     together = len({fifo.value for fifo in plan.fifos}) > MOST_ROWS
     rows: dict[str, list[Bar]] = {}
     for fifo in plan.fifos:
@@ -200,12 +203,7 @@ def _extent(bar: Bar, scale: float) -> tuple[float, float]:
 
 def _axes(svg: Svg, plan: Plan, origin: tuple[float, float, float], height: float, span: int) -> None:
     left, top, scale = origin
-    step = next(
-        base * 10**power
-        for power in range(12)
-        for base in (1, 2, 5)
-        if base * 10**power * scale >= TICK_SPACING
-    )
+    step = next(step for step in ROUND_STEPS if step * scale >= TICK_SPACING)
     clock = plan.clock_hz
     marks = [cycle for cycle in range(0, span + 1, step) if span - cycle >= step * 0.6 or cycle == span]
     svg.text(left - 12, top - 20, "cycle", SIZE, anchor="end", fill=MUTED)

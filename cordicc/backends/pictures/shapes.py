@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 
-from cordicc.backends.labels import CAU_KINDS, constant, cycles, fifo_tip, operation_tip, symbol
+from cordicc.backends.labels import constant, cycles, fifo_tip, operation_tip, symbol
 from cordicc.backends.labels import mode as mode_of
 from cordicc.backends.palette import INK, MUTED, look_of
 from cordicc.backends.pictures.layout import Box
@@ -14,6 +14,7 @@ from cordicc.backends.pictures.routing import GRID
 from cordicc.backends.pictures.svg import Svg, fitted, text_width, wrapped
 from cordicc.backends.pictures.wiring import live_inputs
 from cordicc.plan.model import Fifo, Operand, Operation
+from cordicc.targets.target import CAU_KINDS
 
 ROW = 2 * GRID
 CAU_TEXT = 150

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cordicc.backends.pictures.layout import Net, Pin
-from cordicc.plan.model import Fifo, Operand, Operation, Plan
-
-
-def input_names(plan: Plan) -> tuple[str, ...]:
-    """Return the inputs in the order of the problem, then any others that the plan takes."""
-    declared = plan.problem.input_names
-    made = {name for operation in plan.operations for name in operation.results if name}
-    taken = [item.value for operation in plan.operations for item in operation.operands]
-    taken += [item.value for item in plan.outputs.values()]
-    others = [name for name in taken if name is not None and name not in made]
-    return tuple(dict.fromkeys([*declared, *others]))
+from cordicc.plan.model import Operand, Operation, Plan
+from cordicc.plan.netlist import FifoEnd, Netlist
 
 
 def live_inputs(operation: Operation) -> list[tuple[str, Operand]]:
@@ -27,37 +20,20 @@ def nets(plan: Plan, *, with_fifos: bool = True) -> list[Net]:
 
     Input pins count the ports that take a value; output pins count all results.
     """
-    drivers = {name: Pin(f"in.{name}", 0) for name in input_names(plan)}
-    for operation in plan.operations:
-        drivers |= {
-            name: Pin(f"op.{operation.id}", port) for port, name in enumerate(operation.results) if name
-        }
-    fifos = plan.fifos if with_fifos else ()
-    by_id = {fifo.id: fifo for fifo in fifos}
-    taps = {sink: fifo for fifo in fifos for sink in fifo.sinks if sink not in by_id}
-    sinks: dict[Pin, list[Pin]] = {}
-
-    def connect(port: str, value: str, sink: Pin) -> None:
-        source = Pin(f"fifo.{taps[port].id}", 0) if port in taps else drivers.get(value)
-        if source is not None:
-            sinks.setdefault(source, []).append(sink)
-
-    for fifo in fifos:
-        before = _before(fifo, by_id)
-        start = Pin(f"fifo.{before.id}", 0) if before else drivers.get(fifo.value)
-        if start is not None:
-            sinks.setdefault(start, []).append(Pin(f"fifo.{fifo.id}", 0))
-    for operation in plan.operations:
-        for index, (port, item) in enumerate(live_inputs(operation)):
-            connect(f"{operation.id}.{port}", str(item.value), Pin(f"op.{operation.id}", index))
-    for name, item in plan.outputs.items():
-        if item.value is not None:
-            connect(f"out.{name}", item.value, Pin(f"out.{name}", 0))
-    labels = {pin: name for name, pin in drivers.items()} | {Pin(f"fifo.{f.id}", 0): f.value for f in fifos}
-    return [Net(labels[source], source, tuple(ends)) for source, ends in sinks.items()]
-
-
-def _before(fifo: Fifo, by_id: dict[str, Fifo]) -> Fifo | None:
-    """Return the segment that feeds `fifo`, if it is not the first of its value."""
-    before = by_id.get(fifo.source)
-    return before if before is not None and before.value == fifo.value and before is not fifo else None
+    netlist = Netlist.of(plan if with_fifos else replace(plan, fifos=()))
+    pins = {name: Pin(f"in.{name}", 0) for name in plan.problem.input_names}
+    pins |= {
+        name: Pin(f"op.{result.operation.id}", result.position) for name, result in netlist.results.items()
+    }
+    sinks = {fifo: Pin(f"fifo.{fifo}", 0) for fifo in netlist.fifos}
+    sinks |= {f"out.{name}": Pin(f"out.{name}", 0) for name in netlist.outputs}
+    for id, ports in netlist.operands.items():
+        live = [connection.sink for connection in ports if connection.value is not None]
+        sinks |= {sink: Pin(f"op.{id}", place) for place, sink in enumerate(live)}
+    found: dict[Pin, tuple[str, list[Pin]]] = {}
+    for connection in netlist.connections():
+        value, driver = connection.value, connection.driver
+        if value is not None:
+            source = Pin(f"fifo.{driver.fifo}", 0) if isinstance(driver, FifoEnd) else pins[value]
+            found.setdefault(source, (value, []))[1].append(sinks[connection.sink])
+    return [Net(value, source, tuple(ends)) for source, (value, ends) in found.items()]

@@ -9,11 +9,11 @@ from markupsafe import Markup
 
 from cordicc.backends import labels
 from cordicc.backends.palette import LOOKS
-from cordicc.backends.pictures import wiring
 from cordicc.backends.report.unit_accuracy import own_errors
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.mathml import Formula, name
 from cordicc.plan.model import Fifo, Operation, Plan
+from cordicc.plan.netlist import Connection, FifoEnd, Netlist
 from cordicc.plan.origin import PlanInput
 
 
@@ -35,14 +35,12 @@ class Cards:
     plan: Plan
     formulas: Formulas = field(init=False)
     errors: dict[str, str] = field(init=False)
-    _waits: dict[str, Fifo] = field(init=False)
-    _spans: dict[str, tuple[int, int]] = field(init=False)
+    netlist: Netlist = field(init=False)
 
     def __post_init__(self) -> None:
         self.formulas = Formulas(self.plan)
         self.errors = own_errors(self.plan)
-        self._waits = {sink: fifo for fifo in self.plan.fifos for sink in fifo.sinks}
-        self._spans = labels.spans(self.plan)
+        self.netlist = Netlist.of(self.plan)
 
     def all(self) -> list[About]:
         """Return a card for each input, operation, FIFO and output."""
@@ -53,9 +51,9 @@ class Cards:
 
     def order(self) -> list[str]:
         """Return the ids of the boxes in the order of time, for walking from one to the next."""
-        timed = [(-1, 0, f"in.{each}") for each in wiring.input_names(self.plan)]
+        timed = [(-1, 0, f"in.{each}") for each in self.plan.problem.input_names]
         timed += [(o.start, 2, f"op.{o.id}") for o in self.plan.operations]
-        timed += [(begin, 1, f"fifo.{each}") for each, (begin, _) in self._spans.items()]
+        timed += [(begin, 1, f"fifo.{each}") for each, (begin, _) in self.netlist.spans.items()]
         timed += [(self.plan.latency_cycles, 3, f"out.{each}") for each in self.plan.outputs]
         return [box for _, _, box in sorted(timed, key=lambda item: item[:2])]
 
@@ -83,11 +81,10 @@ class Cards:
 
     def _operands(self, operation: Operation) -> Markup:
         listed = []
-        for port, item in zip(operation.ports, operation.operands, strict=False):
-            fifo = self._waits.get(f"{operation.id}.{port}")
-            waits = f" through FIFO {fifo.id}" if fifo is not None else ""
+        wired = self.netlist.operands[operation.id]
+        for port, item, connection in zip(operation.ports, operation.operands, wired, strict=False):
             shown = self.formulas.operand(item) if item.value is None else self.formulas.symbol(item.value)
-            listed.append(Markup("{} = {}{}").format(port, math(shown), waits))
+            listed.append(Markup("{} = {}{}").format(port, math(shown), _through(connection, " ")))
         return Markup("; ").join(listed)
 
     def _results(self, operation: Operation) -> Markup:
@@ -101,7 +98,7 @@ class Cards:
         return Markup("; ").join(listed)
 
     def _fifo(self, fifo: Fifo) -> About:
-        begin, end = self._spans[fifo.id]
+        begin, end = self.netlist.spans[fifo.id]
         words = f"{fifo.depth} {'word' if fifo.depth == 1 else 'words'} of {fifo.width} bits"
         return About(
             f"fifo.{fifo.id}",
@@ -118,18 +115,23 @@ class Cards:
     def _output(self, output: str) -> About:
         item = self.plan.outputs[output]
         known = self.plan.accuracy.get(output)
-        fifo = self._waits.get(f"out.{output}")
         source = self.formulas.operand(item) if item.value is None else None
         facts: list[tuple[str, Markup | str]] = [
             ("Value", math(source) if source is not None else str(item.value)),
             (
                 "Leaves in",
-                f"cycle {self.plan.latency_cycles}" + (f", through FIFO {fifo.id}" if fifo else ""),
+                f"cycle {self.plan.latency_cycles}{_through(self.netlist.outputs[output], ', ')}",
             ),
             ("Largest error seen", figure(known.observed.max if known else None)),
             ("Proven bound", figure(known.bound.value if known and known.bound else None)),
         ]
         return About(f"out.{output}", f"output {output}", (), tuple(facts))
+
+
+def _through(connection: Connection, before: str) -> str:
+    """Say which FIFO a value waits in, after some text, if it does."""
+    driver = connection.driver
+    return f"{before}through FIFO {driver.fifo}" if isinstance(driver, FifoEnd) else ""
 
 
 def _input(item: PlanInput) -> About:

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
@@ -15,12 +15,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from cordicc.backends import labels
+from cordicc.backends.escaping import clean
 from cordicc.backends.palette import dark_rules
 from cordicc.backends.pictures import datapath, error_chart, pareto_plot, schedule_chart, wiring
-from cordicc.backends.pictures.diagram import Diagram
-from cordicc.backends.pictures.svg import clean
 from cordicc.backends.report import report_tables
 from cordicc.backends.report.cards import Cards, math
+from cordicc.backends.report.typesetting import typeset
 from cordicc.backends.text import mathml, recognition
 from cordicc.plan.model import Plan
 
@@ -28,9 +28,6 @@ RECORDED_OPTIONS = (
     "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify",
     "effort", "time_limit",
 )  # fmt: skip
-
-Typesetter = Callable[[str], str | None]
-"""Returns a formula or an equation in the words of a problem file as HTML; None if it is not one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,22 +38,12 @@ class Explored:
     marks: Sequence[pareto_plot.Mark]
 
 
-def render(
-    plan: Plan, typeset: Typesetter, explored: Explored | None = None, drawn: Diagram | None = None
-) -> str:
-    """Return the page.
-
-    Args:
-        plan: the plan.
-        typeset: makes formulas of texts.
-        explored: the trade-off of the plan's problem, if it is known.
-        drawn: its datapath as drawn, if it is.
-    """
+def render(plan: Plan, explored: Explored | None = None) -> str:
+    """Return the page, with the trade-off of the plan's problem if that is known."""
     cards = Cards(plan)
-    spans = labels.spans(plan)
     script = Markup(_template_text("report.js"))
     return (
-        _environment(typeset)
+        _environment()
         .get_template("report.html.j2")
         .render(
             plan=plan,
@@ -75,14 +62,14 @@ def render(
             formulas=lambda operation: [math(each) for each in cards.formulas.of(operation)],
             own_errors=cards.errors,
             chosen=report_tables.chosen(plan),
-            fifos=[(fifo, *spans[fifo.id]) for fifo in plan.fifos],
+            fifos=[(fifo, *cards.netlist.spans[fifo.id]) for fifo in plan.fifos],
             words=sum(fifo.depth for fifo in plan.fifos),
             formats=report_tables.formats(plan),
             target_facts=report_tables.target_facts(plan),
             target_units=report_tables.target_units(plan),
             cards=cards.all(),
             command=command(plan),
-            datapath=[Markup(picture) for picture in datapath.pieces(plan, drawn)],
+            datapath=[Markup(picture) for picture in datapath.pieces(plan)],
             schedule=Markup(schedule_chart.piece(plan)),
             explored=explored,
             front="" if explored is None else Markup(pareto_plot.render(explored.title, explored.marks)),
@@ -99,7 +86,7 @@ def render(
 def fragment(plan: Plan) -> str:
     """Return the plan for a notebook: its figures, accuracy and datapath, as HTML without scripts."""
     return (
-        _environment(lambda text: None)
+        _environment()
         .get_template("notebook.html.j2")
         .render(
             plan=plan,
@@ -125,7 +112,7 @@ def command(plan: Plan) -> str:
     return shlex.join(words)
 
 
-def _environment(typeset: Typesetter) -> Environment:
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("cordicc.backends.report", "templates"),
         autoescape=True,

@@ -13,6 +13,7 @@ from cordicc.backends import labels
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanUnitKind
 from cordicc.plan.stated_accuracy import OutputAccuracy
+from cordicc.targets.target import CAU_KINDS
 
 DASH = "—"
 
@@ -66,12 +67,12 @@ class TargetUnit:
 def figures(plan: Plan) -> list[Figure]:
     """Return the figures of the summary."""
     kinds = Counter(unit.kind for unit in plan.units)
-    caus = sum(kinds[kind] for kind in labels.CAU_KINDS)
+    caus = sum(kinds[kind] for kind in CAU_KINDS)
 
     def time(count: int) -> str:
         return labels.seconds(count, plan.clock_hz)
 
-    split = ", ".join(f"{kinds[kind]} {kind}" for kind in labels.CAU_KINDS if kinds[kind])
+    split = ", ".join(f"{kinds[kind]} {kind}" for kind in CAU_KINDS if kinds[kind])
     words = sum(fifo.depth for fifo in plan.fifos)
     latency, interval = plan.latency_cycles, plan.initiation_interval
     return [
@@ -92,13 +93,11 @@ def _longest(plan: Plan) -> str:
 
 def _proof(plan: Plan, goal: str, value: int) -> str:
     """Say whether a figure is proven optimal, or how far the bound lies below it."""
-    if plan.optimal.get(goal):
-        return "proven optimal for these operations"
-    bound = plan.bounds.get(goal)
-    if bound is None:
-        return "no bound"
+    known, bound = labels.proof(plan, goal), plan.bounds.get(goal)
+    if plan.optimal.get(goal) or bound is None:
+        return known
     gap = f", gap {(value - bound) / value:.1%}" if value else ""
-    return f"not proven optimal; at least {bound}{gap}"
+    return f"not proven optimal; {known}{gap}"
 
 
 def units(plan: Plan) -> list[tuple[str, int, str]]:

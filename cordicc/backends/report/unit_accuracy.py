@@ -6,9 +6,8 @@ from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.implicit_bounds import NoBoundError
 from cordicc.arith.unit.sizing import LAST_ROUNDING_ULP, internal_errors_ulp
-from cordicc.backends.labels import CAU_KINDS
 from cordicc.plan.model import Plan
-from cordicc.targets.target import function_name
+from cordicc.targets.target import CAU_KINDS, function_name
 
 _EXACT = ("neg", "abs", "sign", "min", "max", "flip", "select", "guard")
 

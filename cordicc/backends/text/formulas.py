@@ -6,10 +6,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from cordicc.backends.labels import CAU_KINDS, constant
+from cordicc.backends.labels import constant
 from cordicc.backends.text import mathml
 from cordicc.backends.text.mathml import Formula
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
+from cordicc.targets.target import CAU_KINDS
 
 MOST_PARTS, MOST_SHARED_PARTS = 5, 3
 """Operations that one formula is put together from; larger parts are named by their operation, and so are
@@ -60,7 +61,7 @@ class Formulas:
     def _add(self, operation: Operation) -> None:
         operands = [self.operand(item) for item in operation.operands]
         names = [None if name is None else self.symbol(name) for name in operation.results]
-        write = _WRITERS.get(operation.op)
+        write = WRITERS.get(operation.op)
         if write is None or len(operands) != len(operation.ports):
             listed = mathml.call(operation.op, operands)
             self._results[operation.id] = tuple(_is(name, listed) for name in names if name)
@@ -240,7 +241,7 @@ def _guard(operation: Operation, operands: Sequence[Formula]) -> Sequence[Formul
     return a, mathml.words(", valid if "), s, mathml.words(f" {CONDITIONS.get(condition, condition)}")
 
 
-_WRITERS: dict[str, Writer] = {
+WRITERS: dict[str, Writer] = {
     **dict.fromkeys(_INLINE, _arithmetic),
     "rotate": _rotate,
     "vector": _vector,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
-from cordicc.backends.pictures.svg import quoted
+from cordicc.backends.escaping import quoted
 
 SUM, SIGNED, PRODUCT, POWER, ATOM = 10, 15, 20, 30, 40
 """How tightly the outermost operator binds; what binds less than its place asks for gets brackets."""

@@ -11,10 +11,11 @@ from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.mathml import Formula
 from cordicc.ir.ops import Level
 from cordicc.plan.model import Operation, Plan
+from cordicc.targets.target import CAU_KINDS
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class RecognisedUnit:
     """A CAU of an equation: formulas, and sentences on why, formulas in them between backticks."""
 
     operation: Operation
@@ -28,8 +29,8 @@ class Recognised:
 
     target: str
     text: str
-    units: tuple[Unit, ...]
-    others: tuple[Unit, ...]
+    units: tuple[RecognisedUnit, ...]
+    others: tuple[RecognisedUnit, ...]
     rest: str
 
 
@@ -44,18 +45,18 @@ def recognised(plan: Plan, formulas: Formulas) -> list[Recognised]:
     made = []
     for target in [*texts, *others]:
         group = groups.get(target, [])
-        units = [each for each in group if each.kind in labels.CAU_KINDS]
-        small = [each for each in group if each.kind not in labels.CAU_KINDS]
+        units = [each for each in group if each.kind in CAU_KINDS]
+        small = [each for each in group if each.kind not in CAU_KINDS]
         told = [each for each in small if each.derivation]
         made.append(
             Recognised(
                 target,
                 texts.get(target, ""),
                 tuple(
-                    Unit(each, formulas.of(each), _why(each, functions.get(target, frozenset())))
+                    RecognisedUnit(each, formulas.of(each), _why(each, functions.get(target, frozenset())))
                     for each in units
                 ),
-                tuple(Unit(each, formulas.of(each), each.derivation) for each in told),
+                tuple(RecognisedUnit(each, formulas.of(each), each.derivation) for each in told),
                 _rest(group, small),
             )
         )

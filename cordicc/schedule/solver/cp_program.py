@@ -13,10 +13,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from cordicc.schedule.solver.dependences import Network
-from cordicc.schedule.solver.fifo_entries import Words
 from cordicc.schedule.solver.goals import Goal
 from cordicc.schedule.solver.scheduling_problem import SchedulingProblem
-from cordicc.schedule.solver.symmetry import Exchange, exchanges, least
+from cordicc.schedule.solver.symmetry import Exchange, exchanges
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
@@ -53,7 +52,8 @@ class Space:
 class Program:
     """The constraint program of a problem in a space, as far as FIFO words do not matter.
 
-    A lean one leaves out what costs more time to find than it saves in a small space.
+    A lean one leaves out what costs more time to find than it saves in a small space.  `weight` is what a
+    word of each value costs in the goals, `exchanges` the symmetries that are broken.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Program:
             if first < last:
                 model.add(self.latency >= start + space.tail[index])
         goals = [goal, *(held for held, _ in space.held)]
-        self._weight = {
+        self.weight = {
             value.name: tuple(goal.word_weight(value.name) for goal in goals) for value in problem.values
         }
         self._slots: dict[int, cp_model.IntVar] = {}
@@ -89,8 +89,7 @@ class Program:
         for kind, members in self.members.items():
             if kind in space.units:
                 self._share(kind, members, *space.units[kind])
-        self._words: Words | None = None
-        self._exchanges: tuple[Exchange, ...] = ()
+        self.exchanges: tuple[Exchange, ...] = ()
         if not lean:
             self._break_symmetry()
 
@@ -162,7 +161,7 @@ class Program:
     def _break_symmetry(self) -> None:
         """Keep the least of the schedules that exchanges of operations turn into one another."""
         space = self.space
-        self._exchanges = exchanges(
+        self.exchanges = exchanges(
             self.problem,
             self.net,
             # Operations that have units to themselves need not be of one kind.
@@ -171,39 +170,10 @@ class Program:
                 space.head[index],
                 space.tail[index],
             ),
-            lambda value: self._weight[value.name],
+            lambda value: self.weight[value.name],
         )
-        for exchange in self._exchanges:
+        for exchange in self.exchanges:
             self.model.add(self.start[exchange.first] <= self.start[exchange.image[exchange.first]])
-
-    def cost(self, goal: Goal) -> Any:
-        """Return the expression of a goal."""
-        terms = [weight * self.units[kind] for kind, weight in goal.units.items() if kind in self.units]
-        terms.append(goal.latency * self.latency)
-        if goal.words:
-            if self._words is None:
-                self._words = Words(self, self._weight)
-            terms += [goal.word_weight(name) * count for name, count in self._words.count.items()]
-        return sum(terms)
-
-    def hint(self, start: Sequence[int]) -> None:
-        """Start the search from a schedule, completed by what follows from it."""
-        from ortools.sat.python import cp_model
-
-        now = least(start if self._words is None else self._words.early(start), self._exchanges)
-        latency = max(self.space.latency[0], self.net.makespan(now))
-        fixed = self.model.clone()
-        for variable, number in zip([*self.start, self.latency], [*now, latency], strict=True):
-            fixed.add(variable == number)
-        solver = cp_model.CpSolver()
-        solver.parameters.num_workers = 1
-        solver.parameters.max_deterministic_time = 1.0
-        if solver.solve(fixed) in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-            for index, number in enumerate(solver.response_proto.solution):
-                self.model.add_hint(self.model.get_int_var_from_proto_index(index), number)
-            return
-        for variable, number in zip([*self.start, self.latency], [*now, latency], strict=True):
-            self.model.add_hint(variable, number)
 
 
 def at_most(

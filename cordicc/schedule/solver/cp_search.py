@@ -20,6 +20,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from cordicc.schedule.solver import neighbourhoods
+from cordicc.schedule.solver.cp_objective import Objective
 from cordicc.schedule.solver.cp_program import Program, Space
 from cordicc.schedule.solver.dependences import Network
 from cordicc.schedule.solver.goals import Goal, figure
@@ -82,13 +83,14 @@ def minimise(
 ) -> Answer:
     """Return starts that minimise a goal within a space; `floor` is a known lower bound of it."""
     program = Program(problem, net, space, goal)
-    cost = program.cost(goal)
+    objective = Objective(program)
+    cost = objective.cost(goal)
     program.model.add(cost >= floor)
     for earlier, achieved in space.held:
-        program.model.add(program.cost(earlier) <= achieved)
+        program.model.add(objective.cost(earlier) <= achieved)
     program.model.minimize(cost)
     if hint is not None:
-        program.hint(hint)
+        objective.hint(hint)
     clock = Clock(work)
     if goal.words and problem.measure == "entries":
         if hint is None:

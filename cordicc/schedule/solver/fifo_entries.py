@@ -8,30 +8,26 @@ clauses.  An operation that has a unit to itself starts as soon as it can where 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
+from cordicc.schedule.solver.cp_program import Program
 from cordicc.schedule.solver.cuts import MOST_OPERATIONS, Ways, longest_ways, path_cuts
-from cordicc.schedule.solver.scheduling_problem import OUT, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, TaskValue
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
-
-    from cordicc.schedule.solver.cp_program import Program
 
 _INPUT = -1
 """Stands for the producer of an input."""
 
 
-class Words:
-    """The words of each value in a program, `count`, and what is known of them.
+class FifoWords:
+    """The words of each value in a program, `count`, and what is known of them."""
 
-    `weight` is what a word of each value costs in the goals.
-    """
-
-    def __init__(self, program: Program, weight: Mapping[str, tuple[int, ...]]) -> None:
-        self._program, self._weight = program, weight
+    def __init__(self, program: Program) -> None:
+        self._program, self._weight = program, program.weight
         self._problem, self._net, self._space = program.problem, program.net, program.space
         self._model, self._index = program.model, program.index
         latency = self._space.latency
@@ -64,20 +60,20 @@ class Words:
         """Return when the values of a producer are there."""
         return 0 if producer == _INPUT else start[producer] + self._net.latency[producer]
 
-    def _producer(self, value: Value) -> int:
+    def _producer(self, value: TaskValue) -> int:
         return _INPUT if value.producer is None else self._index[value.producer]
 
     def _time(self, taker: str) -> Any:
         return self._program.latency if taker == OUT else self._program.start[self._index[taker]]
 
-    def _longest_wait(self, value: Value) -> Any:
+    def _longest_wait(self, value: TaskValue) -> Any:
         ready = self._ready(self._producer(value), self._program.start)
         hold = self._model.new_int_var(0, self._space.latency[1], f"words {value.name}")
         for taker in value.takers():
             self._model.add(hold >= self._time(taker) - ready)
         return hold
 
-    def _entries(self, value: Value) -> Any:
+    def _entries(self, value: TaskValue) -> Any:
         """Return the entries of a value; a wait of w cycles up to a tap takes w / interval at least."""
         model, interval = self._model, self._net.interval
         ready = self._ready(self._producer(value), self._program.start)
@@ -94,7 +90,7 @@ class Words:
             model.add(sum(segments) >= self._held[value.name, taker])
         return sum(segments)
 
-    def _segments(self, value: Value, ready: Any, most: int) -> list[Any]:
+    def _segments(self, value: TaskValue, ready: Any, most: int) -> list[Any]:
         """Return the entries between each tap of a value and the tap before it.
 
         A tap follows the value's own ready time or any tap that is not later; of taps at one time the
@@ -133,7 +129,7 @@ class Words:
         for taps, entries in path_cuts(self._problem, self._net, self._ways):
             self._model.add(sum(self._held[tap] for tap in taps) >= entries)
 
-    def _add_direct(self, value: Value) -> None:
+    def _add_direct(self, value: TaskValue) -> None:
         """Add the literals of a value's takers, and what follows from the units that they need.
 
         n takers of a kind with c units start in ceil(n / c) cycles at least, each of which but the first
@@ -152,7 +148,7 @@ class Words:
             model.add_bool_or([*(self._direct[source, taker] for taker in takers), ~first])
             model.add(self.count[value.name] >= fewest - first)
 
-    def _fewest_cycles(self, value: Value) -> int:
+    def _fewest_cycles(self, value: TaskValue) -> int:
         """Return in how many different cycles the takers of a value start at least."""
         kind, most = self._program.kind, self._program.most_units
         count = Counter(kind(self._index[taker]) for taker in value.takers() if taker != OUT)
@@ -226,8 +222,8 @@ class Words:
         those of its result grow by d up to the first tap.  Where nothing else takes the operands, the
         words saved on the one that is then direct are at least those added.
         """
-        inputs: dict[str, list[Value]] = {}
-        results: dict[str, list[Value]] = {}
+        inputs: dict[str, list[TaskValue]] = {}
+        results: dict[str, list[TaskValue]] = {}
         for value in self._problem.values:
             for taker in value.takers():
                 inputs.setdefault(taker, []).append(value)
@@ -242,7 +238,7 @@ class Words:
                 self._early[index] = [self._producer(value) for value in taken]
                 self._model.add_bool_or([self._direct[source, id] for source in self._early[index]])
 
-    def _saves(self, operand: Value, results: Sequence[Value]) -> bool:
+    def _saves(self, operand: TaskValue, results: Sequence[TaskValue]) -> bool:
         """Tell whether a word of an operand costs as much as one of each result, in every goal."""
         mine = self._weight[operand.name]
         return all(

@@ -17,14 +17,14 @@ from cordicc.schedule.solver.scheduling_problem import (
     InfeasibleError,
     Schedule,
     SchedulingProblem,
-    Value,
+    TaskValue,
     fifo_words,
 )
 
 First = Literal["latency", "fifo"]
 
 _END = 1
-_MOST_WHOLE = 100_000
+MOST_WHOLE = 100_000
 """Operations up to which the program is solved as a whole; its time grows faster than they do."""
 
 
@@ -59,18 +59,19 @@ def solve(
     return Schedule(start, latency, words, proven, {"latency": latency, "fifo_words": least_words})
 
 
-def least_cycles(problem: SchedulingProblem, latency: int) -> int:
+def least_cycles(problem: SchedulingProblem, latency: int, most_whole: int = MOST_WHOLE) -> int:
     """Return the fewest cycles that values wait at a latency, whatever the units: a bound of words.
 
-    Of large problems less: blocks of operations in the order of dependences are bounded one by one, what
-    happens outside a block being free within the windows that the longest paths leave.
+    Of problems of more than `most_whole` operations less: blocks of so many, in the order of dependences,
+    are bounded one by one, what happens outside a block being free within the windows that the longest
+    paths leave.
     """
-    if len(problem.operations) <= _MOST_WHOLE:
+    if len(problem.operations) <= most_whole:
         return minimum(_model(problem, 1, 0, latency, latency, None)) - _in_units(problem, problem.values)
     net = network(problem, {})
     index = {id: i for i, id in enumerate(net.ids)}
-    block = {net.ids[i]: position // _MOST_WHOLE for position, i in enumerate(net.order)}
-    blocks: dict[int, list[Value]] = {}
+    block = {net.ids[i]: position // most_whole for position, i in enumerate(net.order)}
+    blocks: dict[int, list[TaskValue]] = {}
     for value in problem.values:
         takers = [taker for taker in value.takers() if taker != OUT]
         if value.consumers:
@@ -90,7 +91,7 @@ def least_cycles(problem: SchedulingProblem, latency: int) -> int:
     return total
 
 
-def _in_units(problem: SchedulingProblem, values: Iterable[Value]) -> int:
+def _in_units(problem: SchedulingProblem, values: Iterable[TaskValue]) -> int:
     """Return the cycles from the starts of the operations that make values to their ends."""
     latency = {task.id: task.latency for task in problem.operations}
     return sum(latency[v.producer] for v in values if v.consumers and v.producer is not None)
@@ -141,7 +142,7 @@ def _model(
     return Differences(tuple(cost), gaps)
 
 
-def _last(value: Value, node: dict[str, int]) -> int | None:
+def _last(value: TaskValue, node: dict[str, int]) -> int | None:
     """Return the taker that is last in every schedule, if one is known: the outputs, or the only one."""
     takers = value.takers()
     if OUT in takers:

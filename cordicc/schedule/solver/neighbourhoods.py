@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from cordicc.schedule.solver.cp_objective import Objective
 from cordicc.schedule.solver.cp_program import Program, Space
 from cordicc.schedule.solver.dependences import Network, network
 from cordicc.schedule.solver.goals import Goal, figure, units_used
@@ -51,7 +52,7 @@ def improved(
         solver: makes a solver with a limit in deterministic time.
         ended: asked between neighbourhoods; true ends the search.
     """
-    search = _Search(problem, net, goal, space, start)
+    search = _Improvement(problem, net, goal, space, start)
     for members in search.neighbourhoods():
         if work <= 0 or ended():
             break
@@ -59,7 +60,7 @@ def improved(
     return search.start
 
 
-class _Search:
+class _Improvement:
     """A schedule and what may change of it; neighbourhoods grow while they are solved to the end."""
 
     def __init__(
@@ -152,8 +153,9 @@ class _Search:
             taken,
         )
         program = Program(part, network(part, {}), space, self._goals[0], lean=True)
+        objective = Objective(program)
         now = [self.start[i] for i in inside]
         for goal in self._goals:
-            program.model.add(program.cost(goal) <= figure(part, program.net, goal, now, last))
-        program.model.minimize(program.cost(self._goals[0]))
+            program.model.add(objective.cost(goal) <= figure(part, program.net, goal, now, last))
+        program.model.minimize(objective.cost(self._goals[0]))
         return program, inside

@@ -45,7 +45,7 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class TaskValue:
     """What travels on a wire: made by the operation `producer`, or by None for an input.
 
     An input is there at cycle 0.  `consumers` are the operand ports and outputs that take it.
@@ -70,7 +70,7 @@ class SchedulingProblem:
     """
 
     operations: tuple[Task, ...]
-    values: tuple[Value, ...]
+    values: tuple[TaskValue, ...]
     interval: int = 1
     limits: Mapping[str, int] = field(default_factory=dict)
     measure: Measure = "entries"

@@ -19,7 +19,7 @@ _ROUNDS = 4
 _SWEEPS = 4
 _MOST_VISITS = 400_000
 """Visits of single operations in all, which bounds the sweeps over large problems."""
-_BLOCK = 10_000
+BLOCK = 10_000
 """Operations that move in one linear program; those of other blocks stay meanwhile."""
 
 
@@ -75,21 +75,27 @@ class _State:
 
 
 def improve(
-    problem: SchedulingProblem, net: Network, start: Sequence[int], latency: int, weights: Sequence[int]
+    problem: SchedulingProblem,
+    net: Network,
+    start: Sequence[int],
+    latency: int,
+    weights: Sequence[int],
+    block: int = BLOCK,
 ) -> list[int]:
     """Return starts of the same latency with at most the same weighted FIFO words.
 
-    `weights` are those of a word of each value, in the order of the problem.
+    `weights` are those of a word of each value, in the order of the problem; `block` operations move
+    together.
     """
     state = _State(problem, net, weights, latency)
-    blocks = [net.order[i : i + _BLOCK] for i in range(0, len(net.order), _BLOCK)]
+    blocks = [net.order[i : i + block] for i in range(0, len(net.order), block)]
     sweeps = max(2, min(_ROUNDS * _SWEEPS, _MOST_VISITS // max(1, len(net.ids))))
     best = [*start, latency]
     least = state.words(best, state.wires)
     while sweeps > 0:
         before = least
-        for block in blocks:
-            best = _by_intervals(state, best, block)
+        for members in blocks:
+            best = _by_intervals(state, best, members)
         best, used = _one_by_one(state, best, min(sweeps, _SWEEPS))
         sweeps -= used
         least = state.words(best, state.wires)

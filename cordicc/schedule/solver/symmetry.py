@@ -16,7 +16,7 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 from cordicc.schedule.solver.dependences import Network
-from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, Value
+from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, TaskValue
 
 MOST_OPERATIONS = 600
 """Operations up to which symmetries are looked for."""
@@ -36,7 +36,7 @@ def exchanges(
     problem: SchedulingProblem,
     net: Network,
     kind: Callable[[int], Hashable],
-    weight: Callable[[Value], Hashable],
+    weight: Callable[[TaskValue], Hashable],
 ) -> tuple[Exchange, ...]:
     """Return automorphisms, by the first operation that they move.
 
@@ -48,7 +48,7 @@ def exchanges(
     """
     if len(net.ids) > MOST_OPERATIONS:
         return ()
-    return tuple(_Search(problem, net, kind, weight).run())
+    return tuple(_ImageSearch(problem, net, kind, weight).run())
 
 
 def least(start: Sequence[int], found: Sequence[Exchange]) -> list[int]:
@@ -64,7 +64,7 @@ def least(start: Sequence[int], found: Sequence[Exchange]) -> list[int]:
     return now
 
 
-class _Search:
+class _ImageSearch:
     """The graph of operations and values, in this order, and the work done."""
 
     def __init__(
@@ -72,7 +72,7 @@ class _Search:
         problem: SchedulingProblem,
         net: Network,
         kind: Callable[[int], Hashable],
-        weight: Callable[[Value], Hashable],
+        weight: Callable[[TaskValue], Hashable],
     ) -> None:
         self._count = len(net.ids)
         index = {id: i for i, id in enumerate(net.ids)}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cordicc import pipeline
+from cordicc import artefacts, pipeline
 from cordicc.pipeline import Options
 from cordicc.plan.model import Plan
 from cordicc.schedule.request import Limits
@@ -56,5 +56,5 @@ def shared_report(examples_dir: Path, tmp_path_factory: pytest.TempPathFactory) 
 
 def _written(plan: Plan, factory: pytest.TempPathFactory) -> Path:
     path = factory.mktemp("report") / "report.html"
-    path.write_text(pipeline.report_page(plan), encoding="utf-8")
+    path.write_text(artefacts.report_page(plan), encoding="utf-8")
     return path

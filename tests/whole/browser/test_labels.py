@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cordicc import pipeline
+from cordicc import artefacts
 from tests.whole.browser.chromium import Page, script
 from tests.whole.browser.drawn_plans import PLANS, plan_of
 
@@ -16,12 +16,12 @@ FONTS = ("", "'DejaVu Sans', sans-serif")
 FINDINGS = script("findings")
 
 
-@pytest.mark.parametrize("view", pipeline.VIEWS)
+@pytest.mark.parametrize("view", artefacts.VIEWS)
 @pytest.mark.parametrize("name", PLANS)
 def test_labels(page: Page, tmp_path: Path, name: str, view: str) -> None:
     file = tmp_path / "picture.html"
     # In a page: a picture of its own is given the size of the window.
-    file.write_text(f"<!DOCTYPE html><meta charset=utf-8>{pipeline.picture(plan_of(name), view)}", "utf-8")
+    file.write_text(f"<!DOCTYPE html><meta charset=utf-8>{artefacts.picture(plan_of(name), view)}", "utf-8")
     page.open(file)
     for font in FONTS:
         assert page.ask(FINDINGS, font, view != "schedule") == []

@@ -27,7 +27,7 @@ _PRELOADED = [
     "cordicc.cli.main",
     "cordicc.pipeline",
     "cordicc.api",
-    "cordicc.cli.simulate",
+    "cordicc.cli.sample_run",
     "tests.whole.hostile.running",
 ]
 _CONTEXT = multiprocessing.get_context("forkserver")
@@ -87,7 +87,7 @@ def _run(arguments: list[str], folder: str, record: str, cpu_seconds: int) -> No
     resource.setrlimit(resource.RLIMIT_CPU, (int(start) + cpu_seconds, int(start) + cpu_seconds + 5))
     status = 3
     try:
-        from cordicc.cli.main import main
+        from cordicc.cli import main
 
         main(arguments, prog_name="cordicc")
     except SystemExit as ended:

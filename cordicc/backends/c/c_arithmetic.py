@@ -1,4 +1,4 @@
-"""What the number systems of the C model have in common: terms of expressions, and what each can write."""
+"""What the number systems of the C model have in common: operands of expressions, and what each can write."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cordicc.arith.numbers.formats import NumberFormat
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class COperand:
     """An operand as a C expression, the format of its words, and its word if it is a constant."""
 
     text: str
@@ -19,7 +19,7 @@ class Term:
     constant: bool = False
 
 
-class Words(Protocol):
+class CArithmetic(Protocol):
     """Writes the arithmetic of a number system in C.
 
     `needs` collects the sections used, `phases` the exponents of angles that are reduced to turns.
@@ -29,33 +29,33 @@ class Words(Protocol):
     needs: dict[str, None]
     phases: list[range]
 
-    def constant(self, text: str) -> Term:
+    def constant(self, text: str) -> COperand:
         """Return a constant of the plan."""
 
     def invalid(self, format_: NumberFormat) -> str:
         """Return the invalid word."""
 
-    def is_valid(self, term: Term) -> str:
+    def is_valid(self, term: COperand) -> str:
         """Return the condition that a word is valid."""
 
     def calculate(
-        self, op: str, params: Mapping[str, Any], terms: Sequence[Term], result: NumberFormat
+        self, op: str, params: Mapping[str, Any], terms: Sequence[COperand], result: NumberFormat
     ) -> str:
         """Return the result of an operation, given that the terms are valid."""
 
-    def unpack(self, term: Term) -> str:
+    def unpack(self, term: COperand) -> str:
         """Return a valid word as an operand of a unit."""
 
     def pack(self, number: str, result: NumberFormat, *, angle: bool) -> str:
         """Return a unit's result as a word."""
 
-    def converted(self, term: Term, result: NumberFormat) -> str:
+    def converted(self, term: COperand, result: NumberFormat) -> str:
         """Return a word, valid or not, in another format."""
 
     def encode(self, number: str, result: NumberFormat) -> str:
         """Return the word of a double."""
 
-    def decode(self, term: Term) -> str:
+    def decode(self, term: COperand) -> str:
         """Return the double that a word stands for."""
 
     def exponents(self, format_: NumberFormat) -> range:

@@ -1,0 +1,156 @@
+"""`cordicc compile`: a problem file to a folder with its plan."""
+
+from __future__ import annotations
+
+import math
+import re
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cordicc.artefacts import ON_REQUEST
+from cordicc.cli.arguments import (
+    COPIES,
+    NOT_NEGATIVE,
+    POSITIVE,
+    PROBLEM,
+    TARGET,
+    json_option,
+    output_option,
+    time_limit_option,
+    units_option,
+)
+from cordicc.cli.console import show, stages, tell
+
+if TYPE_CHECKING:
+    from cordicc.ir.graph import Graph
+
+_PREFIXES = {"": 1, "k": 1000, "M": 1_000_000, "G": 1_000_000_000}
+_MORE = ", ".join(f"'{name}', {each.about}" for name, each in ON_REQUEST.items())
+
+
+def _hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """Return the positive number of hertz of an option, perhaps with a unit; raise BadParameter."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?[0-9]{1,3})?)\s*(?:([kMG]?)Hz)?\s*", text)
+    try:
+        rate = float(Decimal(match[1]) * _PREFIXES[match[2] or ""]) if match else 0.0
+    except InvalidOperation:
+        rate = 0.0
+    if not 0 < rate < math.inf:
+        raise click.BadParameter(
+            f"{text!r} is not a positive number of hertz, such as 5e5 or 500kHz", ctx, param
+        )
+    return rate
+
+
+@click.command("compile")
+@PROBLEM
+@output_option("Folder for the results.  [default: build/<name>]")
+@TARGET
+@units_option(
+    "Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' wants a target with them."
+)
+@click.option("--ii", type=POSITIVE, help="Cycles between samples (initiation interval).  [default: 1]")
+@click.option(
+    "--rate",
+    callback=_hertz,
+    metavar="HZ",
+    help="Samples a second, instead of --ii: the longest interval that keeps up; 5e5, 500kHz.",
+)
+@COPIES
+@click.option("--max-processors", type=NOT_NEGATIVE, help="Most CAUs.")
+@click.option("--max-latency", type=NOT_NEGATIVE, metavar="CYCLES", help="Most cycles.")
+@click.option(
+    "--minimize",
+    type=click.Choice(["processors", "latency", "fifo", "area"]),
+    default="processors",
+    show_default=True,
+    help="The first goal; the others follow in this order.",
+)
+@click.option(
+    "--effort",
+    type=click.FloatRange(0.01, 1000),
+    default=1.0,
+    show_default=True,
+    metavar="FACTOR",
+    help="Work of the searches, times the usual: more proves more, and may find less hardware.",
+)
+@time_limit_option("Emergency stop of searches, which otherwise end on deterministic work limits.")
+@click.option("--emit", type=click.Choice(list(ON_REQUEST)), multiple=True, help=f"Write more: {_MORE}.")
+@click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
+@click.option(
+    "--certify/--no-certify",
+    default=None,
+    help="Prove error bounds of the outputs.  [default: on fixed-point targets, and for a max_error]",
+)
+@click.option("--explain", is_flag=True, help="Print how each operation came about.")
+@json_option("the plan's figures")
+@click.option("-q", "--quiet", is_flag=True, help="Print no summary.")
+def command(
+    file: Path,
+    output: Path | None,
+    target: str,
+    units: str,
+    ii: int | None,
+    rate: float | None,
+    copies: int,
+    max_processors: int | None,
+    max_latency: int | None,
+    minimize: str,
+    effort: float,
+    time_limit: float | None,
+    emit: tuple[str, ...],
+    print_after: str | None,
+    certify: bool | None,
+    explain: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Compile a problem FILE to a hardware plan.
+
+    The folder of the results gets plan.json, report.html, datapath.svg, schedule.svg and simulate.py.
+
+    \b
+    cordicc compile examples/planar_2r.yaml
+    cordicc compile arm.yaml --target krieger96 --minimize latency -o out
+    """  # noqa: D301
+    from cordicc import pipeline
+    from cordicc.artefacts import artefacts
+    from cordicc.backends.text.summary import explanation_text, plan_sheet
+    from cordicc.base.folders import write_files
+    from cordicc.ir.text import print_graph
+    from cordicc.plan.file import summary
+    from cordicc.schedule.request import Limits, interval_for
+    from cordicc.schedule.solver.engine import Effort
+    from cordicc.targets.target_file import load_target
+
+    names = pipeline.pass_names()
+    if print_after is not None and print_after not in (*names, "all"):
+        raise click.BadParameter(f"choose from all, {', '.join(names)}", param_hint="--print-after")
+
+    def watch(name: str, graph: Graph) -> None:
+        if print_after in (name, "all"):
+            click.echo(f"; after {name}\n{print_graph(graph)}", err=as_json)
+
+    if rate is not None and ii is not None:
+        raise click.UsageError("--ii and --rate exclude each other")
+    interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
+    limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
+    options = pipeline.Options(target, units, limits, certify, copies, effort)
+    with stages(quiet or print_after is not None) as enter:
+        compiled = pipeline.compile_file(file, options, watch, enter)
+    tell(compiled.warnings)
+    plan = compiled.plan
+    folder = output if output is not None else Path("build") / plan.name
+    files = artefacts(plan, emit)
+    write_files(folder, files)
+    if explain:
+        click.echo(explanation_text(plan), err=as_json)
+    if as_json:
+        click.echo(summary(plan), nl=False)
+    elif not quiet:
+        show(plan_sheet(plan, f"wrote {folder}: {', '.join(files)}"))
