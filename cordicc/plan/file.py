@@ -169,7 +169,12 @@ def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
         if isinstance(value, dict):
             found = {each: found[each] for each in value}
         if found != value:
-            raise contradiction(f"{key} is {found}, its parts say {value}", source)
+            raise contradiction(f"{key} is {_short(found)}, its parts say {_short(value)}", source)
+
+
+def _short(value: object) -> str:
+    """Return a value in one short line."""
+    return " ".join(str(value).split())[:80]
 
 
 def _first_line(error: BaseException) -> str:

@@ -263,6 +263,8 @@ def _read_point(data: dict[str, int]) -> BinaryPoint:
 
 def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
     seen, bound = data["observed"], data["bound"]
+    if seen is None:
+        raise ValueError("an output has figures of accuracy, but no observed errors")
     rows = tuple((row[0], row[1]) for row in seen.get("histogram", ()))
     return OutputAccuracy(
         SeenErrors(seen["max"], seen["rms"], rows),

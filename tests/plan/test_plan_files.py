@@ -108,6 +108,8 @@ BROKEN = {
     "interval": (("initiation_interval",), "1000001"),
     "lone surrogate": (("problem", "description"), r'"\ud800"'),
     "key with a lone surrogate": (("options",), r'{"\ud800": 1}'),
+    "options of wrong types": (("options", "ii"), '"4"'),
+    "copies that are none": (("options",), '{"copies": 0}'),
     "deep": (("options",), "[" * 500 + "]" * 500),
     "fifo words": (("fifo_words",), "1"),
     "processors": (("processors", "total"), "0"),
