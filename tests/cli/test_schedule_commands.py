@@ -239,6 +239,7 @@ def test_a_latency_found_on_the_way_to_fewer_words_is_kept() -> None:
     }
     answer = schedule_graph(parse_graph(json.dumps(asked), "g"), Effort(schedule=0.0, words=0.0))
     verify_bare(asked, answer)
+    assert answer["latency"] == answer["bounds"]["latency"]
 
 
 def test_a_bare_graph(tmp_path: Path) -> None:
