@@ -31,7 +31,7 @@ from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.certify.boxes import Boxes
 from cordicc.certify.certificate import Bound
-from cordicc.certify.error_network import Network, Step, network
+from cordicc.certify.error_network import ErrorNetwork, Step, network
 from cordicc.certify.own_bounds import inside
 from cordicc.certify.plans import bounds_of
 from cordicc.certify.predicates import meets
@@ -40,7 +40,7 @@ from cordicc.emulate import functional
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import Plan
 from cordicc.targets.target import CAU_KINDS
@@ -65,7 +65,7 @@ class Run:
     """A plan, its network, its bounds and the arithmetic that runs it."""
 
     plan: Plan
-    net: Network
+    net: ErrorNetwork
     bounds: Mapping[str, Bound]
     machine: Arithmetic
 

@@ -14,15 +14,15 @@ import argparse
 import time
 from pathlib import Path
 
-from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
+from cordicc.ir.problem import input_intervals
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate.observation import observe, with_warnings
-from cordicc.frontend.domain import check_domain, input_intervals
+from cordicc.frontend.domain import check_domain
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.copies import replicated
 from cordicc.plan.model import Plan
@@ -33,7 +33,8 @@ from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
-from cordicc.targets.target import DEFAULT_TARGET, Target, load_target
+from cordicc.targets.target import DEFAULT_TARGET, Target
+from cordicc.targets.target_file import load_target
 
 if TYPE_CHECKING:
     from cordicc.certify.certificate import Bound

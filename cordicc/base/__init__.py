@@ -1,4 +1,4 @@
-"""What every folder may use: diagnostics and codes, files that appear whole or not at all, tables of text.
+"""What every folder may use: diagnostics and codes, whole files, tables of text, the names of arrays.
 
 Nothing here knows of kinematics or CORDIC.
 """

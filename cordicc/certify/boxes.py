@@ -13,9 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cordicc.base.arrays import Bools, Floats
 
 _LAST = 2.0**-51
 _TINY = 1e-300
@@ -86,7 +85,7 @@ class Boxes:
         lo, hi = np.maximum(self.lo, other.lo), np.minimum(self.hi, other.hi)
         return Boxes(lo, hi).where(lo <= hi, self)
 
-    def apart(self, other: Boxes) -> NDArray[np.bool_]:
+    def apart(self, other: Boxes) -> Bools:
         """Tell where there is no common part."""
         return (self.lo > other.hi) | (self.hi < other.lo)
 
@@ -98,7 +97,7 @@ class Boxes:
         """Return the smallest intervals around both."""
         return Boxes(np.minimum(self.lo, other.lo), np.maximum(self.hi, other.hi))
 
-    def where(self, condition: NDArray[np.bool_], other: Boxes) -> Boxes:
+    def where(self, condition: Bools, other: Boxes) -> Boxes:
         """Return these intervals where a condition holds, else the others."""
         return Boxes(np.where(condition, self.lo, other.lo), np.where(condition, self.hi, other.hi))
 
@@ -208,7 +207,7 @@ def direction(y: Boxes, x: Boxes) -> Boxes:
     return made.where(forward, Boxes(np.array(-PI_UP), np.array(PI_UP)))
 
 
-def crosses_cut(y: Boxes, x: Boxes) -> NDArray[np.bool_]:
+def crosses_cut(y: Boxes, x: Boxes) -> Bools:
     """Tell where the vector (x, y) may reach the negative x axis, or 0."""
     return (x.lo <= 0) & (y.lo <= 0) & (y.hi >= 0)
 

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Boxes, Floats
-from cordicc.certify.error_network import Network, Step
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes
+from cordicc.certify.error_network import ErrorNetwork, Step
 from cordicc.certify.predicates import margin, own_bound, singular
 from cordicc.certify.refine import Search, largest
 from cordicc.certify.sweep import Forward, errors, forward, least_square
@@ -68,9 +68,9 @@ class Bound:
 
 
 def certify(
-    net: Network,
+    net: ErrorNetwork,
     samples: Mapping[str, Floats],
-    valid: NDArray[np.bool_],
+    valid: Bools,
     wanted: Mapping[str, float] | None = None,
 ) -> dict[str, Bound]:
     """Return the bound of every output.
@@ -103,7 +103,7 @@ def certify(
     return bounds
 
 
-def _margins(net: Network, seen: Mapping[str, Floats]) -> tuple[dict[str, float], dict[str, float]]:
+def _margins(net: ErrorNetwork, seen: Mapping[str, Floats]) -> tuple[dict[str, float], dict[str, float]]:
     """Return by operation the least margin: what must be demanded, and what is proven."""
     demanded: dict[str, float] = {}
     proven: dict[str, float] = {}
@@ -118,7 +118,7 @@ def _margins(net: Network, seen: Mapping[str, Floats]) -> tuple[dict[str, float]
     return demanded, proven
 
 
-def _keeps(net: Network, step: Step, least: float, known: Mapping[str, float], sharing: int) -> bool:
+def _keeps(net: ErrorNetwork, step: Step, least: float, known: Mapping[str, float], sharing: int) -> bool:
     """Tell whether it is proven that an operation's margin is never smaller."""
     steps = net.before(step)
     names = [name for name in net.inputs if name in net.needed(steps, step.operands)]
@@ -140,7 +140,7 @@ def _short(number: float) -> float:
 
 
 def _largest_own(
-    net: Network, outputs: Sequence[str], samples: Mapping[str, Floats], demanded: Mapping[str, float]
+    net: ErrorNetwork, outputs: Sequence[str], samples: Mapping[str, Floats], demanded: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the largest own bound of each output that a search finds where the margins are as demanded."""
 
@@ -180,7 +180,7 @@ class _OverBoxes:
 
 
 def _over_boxes(
-    net: Network,
+    net: ErrorNetwork,
     output: str,
     demanded: Mapping[str, float],
     proven: Mapping[str, float],
@@ -205,7 +205,7 @@ def _over_boxes(
     return _OverBoxes(value, where, math.isfinite(value) and (within or not where))
 
 
-def _own(net: Network, output: str, made: Forward, demanded: Mapping[str, float]) -> Floats:
+def _own(net: ErrorNetwork, output: str, made: Forward, demanded: Mapping[str, float]) -> Floats:
     """Return the own bounds of samples by their forward sweep, -inf where a margin is less than demanded."""
     steps = net.upstream(output)
     own = errors(net, steps, output, made)

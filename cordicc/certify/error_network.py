@@ -14,10 +14,10 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
-from cordicc.certify.boxes import Floats
+from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import PortFormats
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ops import Level
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges
@@ -59,7 +59,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Network:
+class ErrorNetwork:
     """The steps in order of dependence, inputs and outputs.
 
     `proven` holds enclosures of the exact values of valid samples by name.
@@ -94,7 +94,7 @@ class Network:
         return tuple(reversed(found))
 
 
-def network(plan: Plan) -> Network:
+def network(plan: Plan) -> ErrorNetwork:
     """Return the network of a plan that holds its unit program."""
     graph = plan.unit_program
     assert graph is not None, "there is no unit program"
@@ -118,7 +118,7 @@ def network(plan: Plan) -> Network:
         turns = tuple(Value(index, result) in whole_turns for result in range(len(operation.results)))
         factor = None
         if node.op == "cmul":
-            factor = _constant(arithmetic, str(operation.params["factor"]), Fraction(node.params[0]))
+            factor = _constant(arithmetic, str(operation.params["factor"]), node.factor)
         for name, interval, free in zip(operation.results, enclosures[index], turns, strict=True):
             if name is not None and interval is not None and not free:
                 proven[name] = interval
@@ -143,7 +143,7 @@ def network(plan: Plan) -> Network:
         name: _operand(arithmetic, operand, graph.constant(graph.outputs[name]))
         for name, operand in plan.outputs.items()
     }
-    return Network(tuple(steps), ranges, outputs, angles, formats, proven)
+    return ErrorNetwork(tuple(steps), ranges, outputs, angles, formats, proven)
 
 
 def _sizes(enclosures: Sequence[Interval | None], turns: Sequence[bool]) -> list[float]:
@@ -188,7 +188,7 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
         for port, value in enumerate(node.operands):
             match node.op:
                 case "rotate":
-                    take(value, node.params[0] == 1 and port == 2)
+                    take(value, node.m == 1 and port == 2)
                 case "vector":
                     take(value, port == 2 and free)
                 case "add" | "sub" | "neg":
@@ -196,9 +196,9 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
                 case "wrap":
                     take(value, True)
                 case "cmul":
-                    take(value, free and Fraction(node.params[0]).denominator == 1)
+                    take(value, free and node.factor.denominator == 1)
                 case "shift":
-                    take(value, free and int(node.params[0]) >= 0)
+                    take(value, free and node.exponent >= 0)
                 case "guard":
                     take(value, free and port == 0)
                 case "select":

@@ -15,12 +15,13 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cordicc.base.arrays import Bools, Floats
 from cordicc.certify import unit_models
-from cordicc.certify.boxes import PI_UP, TAU_UP, Boxes, Floats, point, up
+from cordicc.certify.boxes import PI_UP, TAU_UP, Boxes, point, up
 from cordicc.certify.error_network import Step, rounding
 from cordicc.certify.unit_models import Local
+from cordicc.ir.ops import angle_result
 
 _NEAR_PI = 2.0**-7
 """More than a word, or any error of an angle for which a bound is of use."""
@@ -73,7 +74,7 @@ def local(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
         square: of the margin's square.
         moved: how far each operand moves at most on the way from exact to computed.
     """
-    made = _MODELS[step.op](step, w, square, moved)
+    made = MODELS[step.op](step, w, square, moved)
     count = np.shape(w[0].lo)
     own = []
     for result, error in enumerate(made.own):
@@ -91,10 +92,9 @@ def local(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
     return Local(made.values, made.partials, tuple(own), made.joint)
 
 
-def _beside_pi(step: Step, result: int, value: Boxes) -> NDArray[np.bool_]:
+def _beside_pi(step: Step, result: int, value: Boxes) -> Bools:
     """Tell where an angle may be so near to pi that it is not rounded to the nearest word."""
-    angle = step.params.get("m") == 1 and (step.op, result) in (("vector", 1), ("implicit", 0))
-    if not angle and step.op != "wrap":
+    if result != angle_result(step.op, step.params) and step.op != "wrap":
         return np.array(False)
     first = (value.lo - _NEAR_PI) / math.tau - 0.5
     return np.asarray(np.ceil(first) <= (value.hi + _NEAR_PI) / math.tau - 0.5)
@@ -148,7 +148,7 @@ def _abs(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[F
     return _plain(w[0].absolute(), (_signs(w[0]),), _zero(w))
 
 
-def _undecided(s: Boxes, square: Boxes | None, moved: Floats) -> NDArray[np.bool_]:
+def _undecided(s: Boxes, square: Boxes | None, moved: Floats) -> Bools:
     """Tell where the sign of s may change on the way from exact to computed."""
     certain = (s.lo >= 0) | (s.hi < 0)
     if square is not None:
@@ -212,7 +212,7 @@ def _wrap(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
     return _plain(w[0].where(inside, every), (_one(w),), np.where(inside, own, own + TAU_UP))
 
 
-_MODELS: dict[str, Model] = {
+MODELS: dict[str, Model] = {
     "add": _add,
     "sub": _add,
     "mul": _mul,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Boxes, Floats
-from cordicc.certify.error_network import Network
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes
+from cordicc.certify.error_network import ErrorNetwork
 from cordicc.certify.predicates import meets
 from cordicc.certify.sweep import Forward, errors, forward
 from cordicc.plan.stated_accuracy import Predicate
@@ -21,7 +21,7 @@ _STEP_SAMPLES = 500_000
 """Steps times samples judged at once: enough to hide the cost of NumPy calls, few enough for the memory."""
 
 
-def own_bounds(net: Network, outputs: Sequence[str], samples: Samples) -> dict[str, Floats]:
+def own_bounds(net: ErrorNetwork, outputs: Sequence[str], samples: Samples) -> dict[str, Floats]:
     """Return, by output, the proven bound of each sample's own error; inf where there is none.
 
     nan stands for a sample that is proven to be invalid in the equations.
@@ -35,8 +35,8 @@ def own_bounds(net: Network, outputs: Sequence[str], samples: Samples) -> dict[s
 
 
 def inside(
-    net: Network, conditions: Mapping[str, Sequence[Predicate]], samples: Samples
-) -> dict[str, NDArray[np.bool_]]:
+    net: ErrorNetwork, conditions: Mapping[str, Sequence[Predicate]], samples: Samples
+) -> dict[str, Bools]:
     """Return, by output, which samples meet the conditions of its bound."""
     found = {name: np.ones(_count(samples), dtype=bool) for name in conditions}
     for block, made in _sweeps(net, samples) if any(conditions.values()) else ():
@@ -50,7 +50,7 @@ def _count(samples: Samples) -> int:
     return len(next(iter(samples.values()))) if samples else 1
 
 
-def _sweeps(net: Network, samples: Samples) -> Iterator[tuple[slice, Forward]]:
+def _sweeps(net: ErrorNetwork, samples: Samples) -> Iterator[tuple[slice, Forward]]:
     """Yield the forward sweep of each block of samples."""
     size = min(_MOST_BLOCK, max(_LEAST_BLOCK, _STEP_SAMPLES // (len(net.steps) + 1)))
     for begin in range(0, _count(samples), size):

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.certify.boxes import Floats
+from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.certificate import Bound, certify
-from cordicc.certify.error_network import Network, network
+from cordicc.certify.error_network import ErrorNetwork, network
 from cordicc.certify.own_bounds import inside, own_bounds
 from cordicc.certify.predicates import OWN_BOUND, singular
 from cordicc.certify.twins import twins
@@ -67,7 +66,7 @@ def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
     return replace(plan, accuracy=accuracy)
 
 
-def _stated(seen: SeenErrors, bound: Bound, held: NDArray[np.bool_], own: Floats) -> OutputAccuracy:
+def _stated(seen: SeenErrors, bound: Bound, held: Bools, own: Floats) -> OutputAccuracy:
     """Return the record of an output, given for which samples its bound holds and their own bounds."""
     if bound.value is None:
         return OutputAccuracy(seen, None, bound.reason or "")
@@ -87,7 +86,7 @@ def _stated(seen: SeenErrors, bound: Bound, held: NDArray[np.bool_], own: Floats
 class StatedBounds:
     """The bounds that a plan states: by output, values and conditions under which they hold."""
 
-    net: Network
+    net: ErrorNetwork
     values: Mapping[str, float]
     conditions: Mapping[str, tuple[Predicate, ...]]
 
@@ -112,7 +111,7 @@ class StatedBounds:
                     raise ValueError(f"the bound of '{name}' has a condition on '{condition.operation}'")
         return cls(net, values, conditions)
 
-    def inside(self, inputs: Mapping[str, Floats]) -> dict[str, NDArray[np.bool_]]:
+    def inside(self, inputs: Mapping[str, Floats]) -> dict[str, Bools]:
         """Return, by output with a bound, which samples meet the conditions under which it holds.
 
         `inputs` are samples that are valid in the equations and in the simulation, float64 of shape (n,).

@@ -10,10 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cordicc.certify.error_network import Network, Step
+from cordicc.base.arrays import Bools
+from cordicc.certify.error_network import ErrorNetwork, Step
 from cordicc.certify.operator_models import CHOOSER
 from cordicc.certify.sweep import Forward, errors
 from cordicc.plan.stated_accuracy import Predicate
@@ -57,7 +55,7 @@ def singular(step: Step) -> bool:
     return step.op in ("vector", "lightcone", "implicit", "sign", "select")
 
 
-def meets(net: Network, output: str, conditions: Sequence[Predicate], made: Forward) -> NDArray[np.bool_]:
+def meets(net: ErrorNetwork, output: str, conditions: Sequence[Predicate], made: Forward) -> Bools:
     """Tell which samples meet conditions, given their forward sweep over at least what is upstream."""
     kept = ~made.empty(net.upstream(output))
     for condition in conditions:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.certify.boxes import Boxes, Floats
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.base.arrays import Floats
+from cordicc.certify.boxes import Boxes
+from cordicc.ir.meaning.intervals import Interval
 
 _BATCH = 1536
 """Boxes evaluated at once: enough to hide the cost of a NumPy call."""

@@ -20,12 +20,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.certify.boxes import Boxes, Floats, point, up
-from cordicc.certify.error_network import Constant, Network, Step, rounding
+from cordicc.base.arrays import Bools, Floats
+from cordicc.certify.boxes import Boxes, point, up
+from cordicc.certify.error_network import Constant, ErrorNetwork, Step, rounding
 from cordicc.certify.operator_models import CHOOSER, local, margin_slopes, margin_square
 from cordicc.certify.unit_models import Local
 
@@ -42,11 +42,11 @@ class Forward:
     moved: dict[str, Floats]
     locals: dict[str, Local]
     squares: dict[str, Boxes]
-    empties: dict[str, NDArray[np.bool_]]
+    empties: dict[str, Bools]
     exact: bool
     limited: bool
 
-    def empty(self, steps: Sequence[Step]) -> NDArray[np.bool_]:
+    def empty(self, steps: Sequence[Step]) -> Bools:
         """Return the boxes that some operations show to be empty."""
         found = np.zeros(self.count, dtype=bool)
         for step in steps:
@@ -54,7 +54,7 @@ class Forward:
                 found |= self.empties[step.id]
         return found
 
-    def mark(self, step: Step, boxes: NDArray[np.bool_]) -> None:
+    def mark(self, step: Step, boxes: Bools) -> None:
         """Note that an operation shows some boxes to be empty."""
         known = self.empties.get(step.id)
         self.empties[step.id] = boxes if known is None else known | boxes
@@ -70,7 +70,7 @@ class Forward:
 
 
 def forward(
-    net: Network,
+    net: ErrorNetwork,
     steps: Sequence[Step],
     boxes: Mapping[str, Boxes],
     thresholds: Mapping[str, float],
@@ -99,7 +99,7 @@ def forward(
     return made
 
 
-def _advance(net: Network, step: Step, threshold: float, made: Forward) -> None:
+def _advance(net: ErrorNetwork, step: Step, threshold: float, made: Forward) -> None:
     operands, moved = zip(*(made.operand(operand) for operand in step.operands), strict=True)
     square = margin_square(step, operands)
     if square is not None:
@@ -128,7 +128,7 @@ def _advance(net: Network, step: Step, threshold: float, made: Forward) -> None:
         made.values[name], made.moved[name] = value, change
 
 
-def _limits(net: Network, step: Step, result: int) -> list[Boxes]:
+def _limits(net: ErrorNetwork, step: Step, result: int) -> list[Boxes]:
     """Return what holds the exact, and what the computed, values of a result of valid samples."""
     if step.turns[result]:
         return []
@@ -143,7 +143,7 @@ def _limits(net: Network, step: Step, result: int) -> list[Boxes]:
     return limits
 
 
-def errors(net: Network, steps: Sequence[Step], output: str, made: Forward) -> Floats:
+def errors(net: ErrorNetwork, steps: Sequence[Step], output: str, made: Forward) -> Floats:
     """Return the bound of an output's error for each box; -inf where no sample counts, inf without bound."""
     source, empty = net.outputs[output], made.empty(steps)
     total = _leaving(net, output, made)
@@ -155,8 +155,8 @@ def errors(net: Network, steps: Sequence[Step], output: str, made: Forward) -> F
 
 
 def least_square(
-    net: Network, steps: Sequence[Step], boxes: Mapping[str, Boxes], thresholds: Mapping[str, float]
-) -> tuple[Floats, NDArray[np.bool_]]:
+    net: ErrorNetwork, steps: Sequence[Step], boxes: Mapping[str, Boxes], thresholds: Mapping[str, float]
+) -> tuple[Floats, Bools]:
     """Return the least square of the last step's margin over boxes, and the empty boxes.
 
     By the enclosure, and where no choice is made on the way also by the mean value theorem from the middle
@@ -246,7 +246,7 @@ def _turned(step: Step, port: int, wanted: Sequence[Boxes | None], made: Forward
     return change.within(up(np.hypot(first, second)))
 
 
-def _leaving(net: Network, output: str, made: Forward) -> Floats:
+def _leaving(net: ErrorNetwork, output: str, made: Forward) -> Floats:
     """Return the error of rounding to the output's format."""
     format_: NumberFormat = net.formats.outputs[output]
     source = net.outputs[output]

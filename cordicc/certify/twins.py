@@ -6,7 +6,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cordicc.certify.certificate import Bound
-from cordicc.certify.error_network import Constant, Network, Step
+from cordicc.certify.error_network import Constant, ErrorNetwork, Step
 from cordicc.certify.predicates import OWN_BOUND, margin
 
 
@@ -17,7 +17,7 @@ class Twins:
     of: Mapping[str, str]
     steps: Mapping[str, Mapping[str, Step]]
 
-    def representatives(self, net: Network) -> Network:
+    def representatives(self, net: ErrorNetwork) -> ErrorNetwork:
         """Return the network of the outputs that stand for themselves, or the network if all do."""
         kept = [name for name in net.outputs if self.of[name] == name]
         if len(kept) == len(net.outputs):
@@ -45,7 +45,7 @@ class Twins:
         return replace(bound, where=tuple(where))
 
 
-def twins(net: Network, wanted: Mapping[str, float]) -> Twins:
+def twins(net: ErrorNetwork, wanted: Mapping[str, float]) -> Twins:
     """Return which outputs differ in names alone: operations, formats, ranges and proven values are equal.
 
     `wanted` is by output the bound that suffices, equal for twins too.
@@ -61,7 +61,7 @@ def twins(net: Network, wanted: Mapping[str, float]) -> Twins:
     return Twins(of, steps)
 
 
-def _form(net: Network, output: str, upstream: Sequence[Step]) -> Hashable:
+def _form(net: ErrorNetwork, output: str, upstream: Sequence[Step]) -> Hashable:
     """Return all that a bound of an output depends on, with numbers for names."""
     numbers: dict[str, int] = {}
     inputs: list[Hashable] = []

@@ -23,16 +23,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
+from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.boxes import (
     PI_UP,
     TAU_UP,
     Boxes,
-    Floats,
     arc_cosine,
     cosh,
     cosine,
@@ -207,7 +206,7 @@ def implicit(step: Step, w: Sequence[Boxes], square: Boxes | None) -> Local:
 
 
 def _circular(
-    step: Step, w: Sequence[Boxes], rest: Boxes, reach: Boxes, cut: NDArray[np.bool_]
+    step: Step, w: Sequence[Boxes], rest: Boxes, reach: Boxes, cut: Bools
 ) -> tuple[Boxes, Boxes, Boxes]:
     """Enclose t, cos t and sin t: atan2(A, B) +- acos(C/R), (B C -+ A w)/R^2, (A C +- B w)/R^2."""
     A, B, C = w

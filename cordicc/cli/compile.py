@@ -126,7 +126,7 @@ def command(
     from cordicc.plan.file import summary
     from cordicc.schedule.request import Limits, interval_for
     from cordicc.schedule.solver.engine import Effort
-    from cordicc.targets.target import load_target
+    from cordicc.targets.target_file import load_target
 
     names = pipeline.pass_names()
     if print_after is not None and print_after not in (*names, "all"):

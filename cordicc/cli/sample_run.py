@@ -26,7 +26,7 @@ from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, Samples, ru
 from cordicc.emulate.observation import DEFAULT_SAMPLES, reference_samples
 from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import draw_parts
 from cordicc.plan.model import Plan
 

@@ -75,7 +75,7 @@ def command(
         else:
             click.echo(sequence_listing.detail_text(name), nl=False)
         return
-    from cordicc.frontend.option import option_number
+    from cordicc.frontend.reading import option_number
     from cordicc.studies.cluster import outcomes as on_cluster
     from cordicc.studies.sequence_search import Outcome, ZeroShift, merge, outcomes, tasks
 

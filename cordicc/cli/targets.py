@@ -19,7 +19,7 @@ def command(name: str | None) -> None:
     cordicc targets kinematic > mine.yaml
     """  # noqa: D301
     from cordicc.base.text_tables import Facts, Sheet
-    from cordicc.targets.target import load_target, shipped_targets, target_text
+    from cordicc.targets.target_file import load_target, shipped_targets, target_text
 
     if name is not None:
         load_target(name)

@@ -53,7 +53,7 @@ def command(
     cordicc trace rotation --x 1 --y 1 --z 1.1780972451 --sequence krieger96
     cordicc trace implicit --x 1 --y 2 --target 0.5 --branch +
     """  # noqa: D301
-    from cordicc.frontend.option import option_number
+    from cordicc.frontend.reading import option_number
     from cordicc.studies.iteration_table import Request, trace_text
 
     at = [option_number(text, name) for name, text in (("--x", x), ("--y", y), ("--z", z))]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cordicc.emulate.histogram import Errors, angular
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class ReferenceOutputs(NamedTuple):
 
 def exact(graph: Graph, inputs: Mapping[str, NDArray[Any]]) -> ReferenceOutputs:
     """Evaluate the equations as written on samples, float64 of shape (n,), in high precision."""
-    return ReferenceOutputs(*evaluate(graph, inputs))
+    return ReferenceOutputs(*reference_outputs(graph, inputs))
 
 
 def errors(

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node
 from cordicc.ir.meaning.doubles import screen
 
-Floats = NDArray[np.float64]
-
-_REASONS = {
+REASONS = {
     "div": "a division by 0",
     "sqrt": "the root of a negative number",
     "pow": "a power that has no real value",
@@ -62,7 +61,7 @@ class Causes:
         for node, where in found:
             rows = np.flatnonzero(where & undefined)
             if rows.size:
-                cause = Cause(node.origin, _REASONS.get(node.op, _TOO_LARGE))
+                cause = Cause(node.origin, REASONS.get(node.op, _TOO_LARGE))
                 self.samples[cause] = self.samples.get(cause, 0) + rows.size
                 first = begin + int(rows[0])
                 self.first[cause] = min(first, self.first.get(cause, first))

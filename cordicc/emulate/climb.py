@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.base.arrays import Floats
+from cordicc.ir.meaning.intervals import Interval
 
-Floats = NDArray[np.float64]
 Points = dict[str, Floats]
 
 _LARGEST_STEP = 0.5

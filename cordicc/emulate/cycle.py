@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cordicc.arith.numbers.formats import FloatArray, Signal
+from cordicc.arith.numbers.formats import Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import Outputs, PortFormats, constant_signal, deliver, prepare
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, dependence_order
 
@@ -38,7 +39,7 @@ class Snapshot:
     cycle: int
     values: Mapping[str, Register]
     fifos: Mapping[str, Register]
-    outputs: Mapping[str, FloatArray]
+    outputs: Mapping[str, Floats]
 
 
 def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> Outputs:
@@ -65,7 +66,7 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
 
 
 def clock(
-    plan: Plan, arithmetic: Arithmetic, stream: Mapping[str, FloatArray], steps: int, lanes: int
+    plan: Plan, arithmetic: Arithmetic, stream: Mapping[str, Floats], steps: int, lanes: int
 ) -> Iterator[Snapshot]:
     """Yield every cycle until the last outputs left; `stream` holds (steps, lanes) numbers per input.
 
@@ -154,18 +155,20 @@ class _Machine:
                 f"cycle {cycle}: operands of {operation.id} do not meet, none on {', '.join(absent)}"
             )
         formats = self.formats.of_results(operation)
-        results = self._arithmetic.execute(operation.op, operation.params, operation.kind, signals, formats)
+        results = self._arithmetic.execute(
+            operation.op, operation.params, operation.kind, signals, formats, operation.angle
+        )
         return {
             name: signal
             for name, signal in zip(operation.results, results, strict=True)
             if name is not None and signal is not None
         }
 
-    def _leaving(self, cycle: int) -> dict[str, FloatArray]:
+    def _leaving(self, cycle: int) -> dict[str, Floats]:
         """Return the outputs that leave in this cycle."""
         if not self._in_stream(cycle - self._plan.latency_cycles):
             return {}
-        found: dict[str, FloatArray] = {}
+        found: dict[str, Floats] = {}
         for name, operand in self._plan.outputs.items():
             signal = self._read(f"out.{name}", operand)
             if signal is None:

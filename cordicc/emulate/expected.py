@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.emulate.histogram import Errors, angular, worst_first
 
-Floats = NDArray[np.float64]
 Rows = Iterator[Mapping[str, Floats]]
 Allowed = Callable[[Mapping[str, Floats]], Mapping[str, Floats]]
 """Returns, of samples valid in both, by output the largest difference of each."""

@@ -7,15 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.emulate.long_run import Outputs, Samples
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.doubles import screen
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
-
-Floats = NDArray[np.float64]
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 
 _FROM_EACH = 16
 """Climbers that start from each of the worst samples."""
@@ -52,7 +51,7 @@ def search(
         climbing(ranges, columns, climbers=climbers, rounds=_ROUNDS, octaves=_OCTAVES),
         lambda points: heights(points, *screen(graph, points)),
     )
-    errors = heights(points, *evaluate(graph, points))
+    errors = heights(points, *reference_outputs(graph, points))
     top = int(errors.argmax())
     if not np.isfinite(errors[top]):
         return None

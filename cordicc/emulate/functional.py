@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic, is_compiled
-from cordicc.arith.numbers.formats import FloatArray, Signal
+from cordicc.arith.numbers.formats import Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import Outputs, PortFormats, constant_signal, deliver, prepare
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -17,7 +18,7 @@ from cordicc.targets.target import CAU_KINDS
 _BLOCK_SAMPLES = 16384
 """Enough to hide the cost of a NumPy call, few enough for the words to stay in the cache."""
 
-_COMPILED_FROM = 20_000_000
+COMPILED_FROM = 20_000_000
 """Unit operations of a run from which loading compiled units pays."""
 
 _PROBES = 256
@@ -36,7 +37,7 @@ def run(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> 
 
 
 def _run(
-    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], in_range: NDArray[np.bool_]
+    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats], in_range: NDArray[np.bool_]
 ) -> Outputs:
     order = dependence_order(plan)
     formats = PortFormats.of(plan, arithmetic)
@@ -51,15 +52,13 @@ def _run(
     return deliver(outputs, in_range)
 
 
-def accelerated(
-    plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, FloatArray], total: int
-) -> Arithmetic:
+def accelerated(plan: Plan, arithmetic: Arithmetic, samples: Mapping[str, Floats], total: int) -> Arithmetic:
     """Return the arithmetic with compiled units if that pays for `total` samples and numba is installed.
 
     The bits are the same, and the first of `samples` are run by both to see it.
     """
     caus = sum(operation.kind in CAU_KINDS for operation in plan.operations)
-    if total * caus < _COMPILED_FROM or not available() or is_compiled(arithmetic):
+    if total * caus < COMPILED_FROM or not available() or is_compiled(arithmetic):
         return arithmetic
     machine = compiled_arithmetic(arithmetic)
     probes = prepare(plan, {name: column[:_PROBES] for name, column in samples.items()})
@@ -87,9 +86,9 @@ def _evaluate(
     arithmetic: Arithmetic,
     formats: PortFormats,
     constants: Mapping[str, Signal],
-    samples: Mapping[str, FloatArray],
+    samples: Mapping[str, Floats],
     length: int,
-) -> dict[str, FloatArray]:
+) -> dict[str, Floats]:
     """Return the numbers of the outputs."""
     values = formats.encode(samples)
 
@@ -103,7 +102,12 @@ def _evaluate(
     for operation in order:
         operands = [fetch(operand) for operand in operation.operands]
         results = arithmetic.execute(
-            operation.op, operation.params, operation.kind, operands, formats.of_results(operation)
+            operation.op,
+            operation.params,
+            operation.kind,
+            operands,
+            formats.of_results(operation),
+            operation.angle,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cordicc.base.arrays import Floats
 
 ZERO = -1075
 """The bin of errors that are exactly 0."""

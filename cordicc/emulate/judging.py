@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 
-Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
 
 MOST_BEYOND = 1000
@@ -108,7 +108,9 @@ class Judgement:
             if len(made) >= room:
                 break
             rows = over[begin : begin + MOST_BEYOND]
-            values, defined = evaluate(self.graph, {n: column[rows] for n, column in part.inputs.items()})
+            values, defined = reference_outputs(
+                self.graph, {n: column[rows] for n, column in part.inputs.items()}
+            )
             errors = angular(part.outputs[name][rows] - values[name], self.angles[name])
             beyond = np.flatnonzero(defined & (errors > judged.bound))
             made += [(int(rows[at]), float(errors[at])) for at in beyond]

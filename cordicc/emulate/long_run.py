@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.causes import Cause, Causes
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import ConditionalBounds, Judgement, Part
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 
-Floats = NDArray[np.float64]
 Samples = Mapping[str, Floats]
 Outputs = Mapping[str, NDArray[Any]]
 
@@ -98,7 +98,7 @@ class _Tally:
         values, defined, broken = self.causes.screened(inputs)
         if precise:
             screened, screenable = values, defined
-            values, defined = evaluate(self.graph, inputs)
+            values, defined = reference_outputs(self.graph, inputs)
             self._measure(values, screened, defined & screenable)
             self.referenced += simulated.size
         else:
@@ -145,7 +145,7 @@ class _Tally:
             return defined
         self.doubtful += doubt.size
         decided = defined.copy()
-        decided[doubt] = evaluate(self.graph, {n: column[doubt] for n, column in inputs.items()})[1]
+        decided[doubt] = reference_outputs(self.graph, {n: column[doubt] for n, column in inputs.items()})[1]
         return decided
 
     def _suspect(
@@ -172,7 +172,7 @@ class _Tally:
         rows = {number: row for row, number in enumerate(chosen)}
         names = next(iter(chosen.values()))
         inputs = {each: np.array([sample[each] for sample in chosen.values()]) for each in names}
-        values, defined = evaluate(self.graph, inputs)
+        values, defined = reference_outputs(self.graph, inputs)
         for name, suspects in self.suspects.items():
             kept = [s for s in suspects if s[1] in rows and defined[rows[s[1]]]]
             difference = np.array([s[3] - values[name][rows[s[1]]] for s in kept])

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cordicc.arith.numbers.formats import FloatArray, NumberFormat, Signal
+from cordicc.arith.numbers.formats import NumberFormat, Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.base.arrays import Floats
 from cordicc.plan.model import Operand, Operation, Plan
 
 Outputs = dict[str, NDArray[Any]]
 
 
-def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
+def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
     """Return the samples to encode and which of them are in range.
 
     Where a number is out of range its lower end takes its place: the sample is invalid anyway, and
@@ -32,7 +33,7 @@ def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floa
     if shapes or len(shape) != 1:
         raise ValueError("inputs must be one-dimensional arrays of equal length")
     in_range = np.ones(shape, dtype=np.bool_)
-    samples: dict[str, FloatArray] = {}
+    samples: dict[str, Floats] = {}
     for name, array in arrays.items():
         lo, hi = ranges[name]
         inside = (lo <= array) & (array <= hi)
@@ -41,7 +42,7 @@ def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floa
     return samples, in_range
 
 
-def deliver(outputs: Mapping[str, FloatArray], in_range: NDArray[np.bool_]) -> Outputs:
+def deliver(outputs: Mapping[str, Floats], in_range: NDArray[np.bool_]) -> Outputs:
     """Return the outputs, nan where the sample is invalid, and `valid`."""
     valid = in_range.copy()
     for array in outputs.values():
@@ -78,11 +79,11 @@ class PortFormats:
         """Return the format of each result of an operation, None where nobody takes it."""
         return [None if name is None else self.values[name] for name in operation.results]
 
-    def encode(self, samples: Mapping[str, FloatArray]) -> dict[str, Signal]:
+    def encode(self, samples: Mapping[str, Floats]) -> dict[str, Signal]:
         """Return the words of input samples."""
         return {name: Signal(self.values[name].encode(v), self.values[name]) for name, v in samples.items()}
 
-    def leaving(self, output: str, signal: Signal) -> FloatArray:
+    def leaving(self, output: str, signal: Signal) -> Floats:
         """Return the numbers of an output: its words rounded to the output's format, if that is another."""
         format_ = self.outputs[output]
         if format_ == signal.format:

@@ -14,12 +14,10 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cordicc.base.arrays import Floats
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source, Span
 from cordicc.base.files import failure
-
-Floats = NDArray[np.float64]
 
 PART_ROWS = 1 << 16
 """Rows of a part: enough to hide what a part costs, few enough to need little memory."""

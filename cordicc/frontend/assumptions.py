@@ -7,16 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
+
+from cordicc.base.arrays import Bools, Floats
 from cordicc.base.diagnostics import Report, Span
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import RELATIONS, parse_relation
 from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
-from cordicc.frontend.numeric import evaluate
 from cordicc.frontend.reading import wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.doubles import values_of
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.problem import Assumption, InputSpec, SampleTable
 from cordicc.ir.ranges.forward import value_ranges
 
@@ -71,28 +74,27 @@ def check_on_samples(
     Equality is checked to 1e-6 of the largest number on the way.
     """
     graph = assumptions.graph
+    columns = {name: np.asarray(column, dtype=np.float64) for name, column in samples.columns.items()}
     for assumption, span in zip(assumptions.items, spans, strict=True):
         order = sorted(graph.live([assumption.left, assumption.right]))
-        for row in range(samples.rows):
-            point = {name: column[row] for name, column in samples.columns.items()}
-            values = evaluate(graph.nodes, order, point)
-            left, right = values[assumption.left.node], values[assumption.right.node]
-            scale = max(abs(v) for v in values.values() if not math.isnan(v))
-            if not _holds(assumption.relation, left, right, scale):
-                message = (
-                    f"the assumption does not hold in row {row + 1} of the samples: {left!r} and {right!r}"
-                )
-                report.error("E222", message, span)
-                break
+        values = values_of(graph.nodes, order, columns)
+        left, right = values[assumption.left.node], values[assumption.right.node]
+        scale = np.fmax.reduce([np.abs(value) for value in values.values()])
+        broken = np.flatnonzero(~_holds(assumption.relation, left, right, scale))
+        if broken.size:
+            row = int(broken[0])
+            sides = f"{float(left[row])!r} and {float(right[row])!r}"
+            message = f"the assumption does not hold in row {row + 1} of the samples: {sides}"
+            report.error("E222", message, span)
 
 
-def _holds(relation: str, left: float, right: float, scale: float) -> bool:
+def _holds(relation: str, left: Floats, right: Floats, scale: Floats) -> Bools:
     if relation == "=":
-        return abs(left - right) <= _TOLERANCE * scale
+        return np.asarray(np.abs(left - right) <= _TOLERANCE * scale)
     if relation in ("<", ">"):
-        return left < right if relation == "<" else left > right
+        return np.asarray(left < right if relation == "<" else left > right)
     slack = 1e-12 * scale
-    return left <= right + slack if relation == "<=" else left >= right - slack
+    return np.asarray(left <= right + slack if relation == "<=" else left >= right - slack)
 
 
 def check_on_box(

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
-from cordicc.frontend.poles import example_of, find_poles, place
+from cordicc.frontend.poles import find_poles
 from cordicc.ir import sampling
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
-from cordicc.ir.problem import Problem
+from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.forward import value_ranges
 
 _DOMAIN_SAMPLES = 1_000
@@ -32,16 +31,6 @@ _WORK = 400_000
 def _within(work: int, graph: Graph, samples: int) -> int:
     """Return the number of samples that keeps a check within its work, `_FEWEST` at the least."""
     return max(_FEWEST, min(samples, work // max(1, len(graph.nodes))))
-
-
-def input_intervals(problem: Problem) -> dict[str, Interval]:
-    """Return an enclosure of each input's range."""
-    return {
-        spec.name: Interval(
-            math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf)
-        )
-        for spec in problem.inputs
-    }
 
 
 def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
@@ -69,7 +58,7 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
         op = nowhere[0].op
         message = "no input meets the condition" if op == "guard" else f"'{op}' has no value for any input"
         raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
-    _, valid = evaluate(problem.graph, samples)
+    _, valid = reference_outputs(problem.graph, samples)
     if bool(valid.all()):
         return [] if problem.samples is not None else find_poles(problem, source, samples)
     outside = int(np.argmin(valid))
@@ -101,7 +90,9 @@ def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
     Operations that have a value everywhere come last: they can only fail by the size of the number.
     """
     nodes = problem.graph.nodes
-    values, _ = evaluate(Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample)
+    values, _ = reference_outputs(
+        Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample
+    )
     for index in sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial):
         if np.isnan(values[str(index)]).any():
             return nodes[index]
@@ -114,7 +105,7 @@ def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[st
         if node.op != "solve" or node.params != (-1, "none"):
             continue
         parts = Graph(problem.graph.nodes, {"A": node.operands[0], "B": node.operands[1]})
-        coefficients, _ = evaluate(parts, samples)
+        coefficients, _ = reference_outputs(parts, samples)
         two = np.abs(coefficients["B"]) > np.abs(coefficients["A"])
         if two.any():
             message = "the equation has two solutions for some inputs and needs a branch"

@@ -14,9 +14,9 @@ from cordicc.base.files import read_bytes
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import names, parse_expression
 from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
-from cordicc.frontend.degrees import in_degrees
 from cordicc.frontend.document.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.outputs import OutputReader
+from cordicc.frontend.physical_units import in_degrees
 from cordicc.frontend.plain.alternatives import ALL, with_alternatives
 from cordicc.frontend.plain.define import SPLIT, Defined, define_equations
 from cordicc.frontend.read_items import parse_equations

@@ -11,9 +11,9 @@ from cordicc.expressions.syntax import Call, Expr, Name, Neg, Number, Power, Pro
 from cordicc.frontend.scope import Scope, Text
 from cordicc.ir.graph import Builder, Param, Value
 from cordicc.ir.meaning.exact import FoldError, fold
+from cordicc.ir.ops import OPS
 
 MAX_EXPONENT = 64
-INVERSE_CIRCULAR = frozenset({"asin", "acos", "atan", "atan2"})
 
 
 def emit(builder: Builder, op: str, operands: Sequence[Value], params: Sequence[Param] = ()) -> Value:
@@ -154,7 +154,7 @@ def linear_form(expr: Expr, values: Mapping[int, Value | None], builder: Builder
                 high = values[id(exponent)]
                 if high is not None and builder.constant(high) == 1:
                     form = forms[id(base)]
-            case Call(function) if function in INVERSE_CIRCULAR:
+            case Call(function) if function in OPS and OPS[function].angle is not None:
                 form = ANGLE
         forms[id(part)] = form
     return forms[id(expr)]

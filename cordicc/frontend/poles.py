@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cordicc.base.diagnostics import Diagnostic, Severity, Source, Span
+from cordicc.base.diagnostics import Diagnostic, Severity, Source
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem
 
 _HALVINGS = 60
@@ -25,11 +26,11 @@ def find_poles(problem: Problem, source: Source, samples: Mapping[str, np.ndarra
     show that it exists, and halving the line between them finds it, if the denominator does not jump.
     """
     suspects = [(node, _denominator(node)) for node in problem.graph.nodes if node.op in ("div", "tan")]
-    suspects += [(n, n.operands[0]) for n in problem.graph.nodes if n.op == "pow" and float(n.params[0]) < 0]
+    suspects += [(n, n.operands[0]) for n in problem.graph.nodes if n.op == "pow" and n.exponent < 0]
     if not suspects:
         return []
     parts = Graph(problem.graph.nodes, {str(i): value for i, (_, value) in enumerate(suspects)})
-    values, _ = evaluate(parts, samples)
+    values, _ = reference_outputs(parts, samples)
     found = []
     left = _WORK
     for index, (node, value) in enumerate(suspects):
@@ -70,7 +71,7 @@ def _halved(graph: Graph, node: Node, ends: list[dict[str, float]]) -> dict[str,
     number = scale = 0.0
     for _ in range(_HALVINGS):
         middle = {name: (positive[name] + negative[name]) / 2 for name in positive}
-        values, _ = evaluate(graph, {name: np.array([x]) for name, x in middle.items()})
+        values, _ = reference_outputs(graph, {name: np.array([x]) for name, x in middle.items()})
         number = float(_seen(node, values["out"])[0])
         if np.isnan(number):
             return None
@@ -80,26 +81,3 @@ def _halved(graph: Graph, node: Node, ends: list[dict[str, float]]) -> dict[str,
         else:
             negative = middle
     return positive if abs(number) <= _NEARLY_ZERO * max(scale, 1e-300) else None
-
-
-def place(
-    problem: Problem,
-    source: Source,
-    equation: str,
-    code: str,
-    message: str,
-    hint: str | None = None,
-    severity: Severity = Severity.ERROR,
-) -> Diagnostic:
-    """Return a diagnostic at the line on which the equation of a name starts."""
-    line = next((e.line for e in problem.equations if e.target == equation), None)
-    if line is None:
-        return Diagnostic(code, message, None, hint, severity, source)
-    text = source.line(line)
-    span = Span(line, len(text) - len(text.lstrip(" -")) + 1, len(text) + 1)
-    return Diagnostic(code, message, span, hint, severity, source)
-
-
-def example_of(samples: Mapping[str, np.ndarray], index: int) -> str:
-    """Return a sample in words."""
-    return ", ".join(f"{name} = {column[index]:.6g}" for name, column in samples.items())

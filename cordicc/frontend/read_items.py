@@ -5,7 +5,7 @@ from __future__ import annotations
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import parse_definition
 from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
-from cordicc.frontend.plain.context import TARGET, Context, failed
+from cordicc.frontend.plain.context import TARGET, EquationContext, failed
 from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.plain.vectors import Vectors, component_names, uses_vectors
 from cordicc.frontend.read_solve import parse_solve
@@ -23,7 +23,7 @@ def parse_equations(node: YamlNode, places: Places, scope: Scope, all_branches: 
     `scope` has the constants, for angles that are quarter turns; `all_branches` asks for both branches
     of every solve that has one.
     """
-    context = Context(scope, places, all_branches=all_branches)
+    context = EquationContext(scope, places, all_branches=all_branches)
     report = scope.report
     if node.kind is not NodeKind.SEQUENCE:
         hint = "each equation is an item: '- y = 2*x'"
@@ -44,7 +44,7 @@ def parse_equations(node: YamlNode, places: Places, scope: Scope, all_branches: 
     return parsed
 
 
-def _parse_definition(text: Text, context: Context) -> list[ParsedEquation]:
+def _parse_definition(text: Text, context: EquationContext) -> list[ParsedEquation]:
     written = " ".join(text.node.value.split())
     try:
         target, expr = parse_definition(text.node.value, vectors=True)
@@ -64,7 +64,7 @@ def _parse_definition(text: Text, context: Context) -> list[ParsedEquation]:
         return [ParsedEquation(target.name, span, written)]
 
 
-def _parse_mapping(item: YamlNode, context: Context) -> list[ParsedEquation]:
+def _parse_mapping(item: YamlNode, context: EquationContext) -> list[ParsedEquation]:
     keys = [key.value for key, _ in item.pairs]
     kind = next((near for key in keys if (near := nearest(key, _KINDS))), None)
     if kind is None:
@@ -82,7 +82,7 @@ def _parse_mapping(item: YamlNode, context: Context) -> list[ParsedEquation]:
     return _parse_vector(node, context)
 
 
-def _parse_vector(node: YamlNode, context: Context) -> list[ParsedEquation]:
+def _parse_vector(node: YamlNode, context: EquationContext) -> list[ParsedEquation]:
     if node.kind is not NodeKind.SCALAR or node.is_null:
         form = "write 'vector: p = [x, y, z]'"
         context.report.error("E202", wanted("'vector'", "'name = vector'", node), node.span, form)

@@ -10,7 +10,7 @@ from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import Call, Relation, parse_relation, postorder
 from cordicc.frontend.document.yamltree import NodeKind, YamlNode
 from cordicc.frontend.plain.alternatives import ALL
-from cordicc.frontend.plain.context import Context, one_line
+from cordicc.frontend.plain.context import EquationContext, one_line
 from cordicc.frontend.plain.expansion import Expansion
 from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.plain.vectors import Vectors, uses_vectors
@@ -23,7 +23,7 @@ from cordicc.frontend.trees import check_size, relocated
 Relations = list[tuple[Relation, Text]]
 
 
-def parse_solve(item: YamlNode, context: Context) -> list[ParsedEquation]:
+def parse_solve(item: YamlNode, context: EquationContext) -> list[ParsedEquation]:
     """Return the equations of a solve, one for each unknown; mistakes are reported."""
     report = context.report
     entries = check_keys(item, ("solve", "for", "branch"), report)
@@ -76,7 +76,7 @@ def _has_branches(relations: Relations, unknowns: int) -> bool:
     return len(relations) == unknowns and calls.isdisjoint(("cosh", "sinh"))
 
 
-def _condition(node: YamlNode, context: Context, make: Expansion) -> tuple[Relation, Text] | None:
+def _condition(node: YamlNode, context: EquationContext, make: Expansion) -> tuple[Relation, Text] | None:
     """Return the condition that a branch is chosen by; None after a diagnostic."""
     found = _relation(node, CONDITIONS, context, make)
     if found is not None and len(found) > 1:
@@ -86,7 +86,7 @@ def _condition(node: YamlNode, context: Context, make: Expansion) -> tuple[Relat
     return None if found is None else found[0]
 
 
-def _unknowns(node: YamlNode, context: Context) -> Sequence[YamlNode]:
+def _unknowns(node: YamlNode, context: EquationContext) -> Sequence[YamlNode]:
     """Return the names of the unknowns, one or two; none after a diagnostic."""
     report = context.report
     nodes = node.items if node.kind is NodeKind.SEQUENCE else (node,)
@@ -100,7 +100,7 @@ def _unknowns(node: YamlNode, context: Context) -> Sequence[YamlNode]:
     return nodes
 
 
-def _relations(node: YamlNode, context: Context, make: Expansion, unknowns: int) -> Relations | None:
+def _relations(node: YamlNode, context: EquationContext, make: Expansion, unknowns: int) -> Relations | None:
     """Return the one or two equations of a solve; None after diagnostics."""
     report = context.report
     items: Sequence[YamlNode] = (node,)
@@ -134,7 +134,9 @@ def _relations(node: YamlNode, context: Context, make: Expansion, unknowns: int)
     return relations
 
 
-def _relation(node: YamlNode, kinds: tuple[str, ...], context: Context, make: Expansion) -> Relations | None:
+def _relation(
+    node: YamlNode, kinds: tuple[str, ...], context: EquationContext, make: Expansion
+) -> Relations | None:
     """Return a relation, one for each component if it is of vectors; None after a diagnostic."""
     text = Text(node, context.places)
     try:

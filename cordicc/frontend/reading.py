@@ -6,13 +6,14 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 
-from cordicc.base.diagnostics import Report
+from cordicc.base.diagnostics import InvalidInput, Report, Source, Span
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import parse_expression
 from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
 from cordicc.frontend.physical_units import unit_factor
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
+from cordicc.ir.graph import Builder
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BOOLEANS = {"true": True, "false": False}
@@ -111,3 +112,19 @@ def read_constant(
         scope.report.error("E212", f"{what} must be constant", text.span(expr.at))
         return None
     return number * factor
+
+
+def option_number(text: str, option: str) -> Fraction:
+    """Return the number of an option such as `0.5`, `2**-22` or `3*pi/4`.
+
+    Raises:
+        InvalidInput: the text is no constant expression.
+    """
+    source = Source(option, text)
+    report = Report(source)
+    node = YamlNode(NodeKind.SCALAR, Span(1, 1, len(text) + 1), 0, len(text), text)
+    number = read_constant(node, option, Scope(Builder(), report), Places(source))
+    report.raise_if_failed()
+    if number is None:
+        raise InvalidInput(report.ordered())
+    return number

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
-from cordicc.ir.ops import OPS, OpDef
+from cordicc.ir.ops import OPS, OpDef, angle_result
 
 Param = Fraction | int | str
 
@@ -43,6 +43,21 @@ class Node:
     def param(self, name: str) -> Param:
         """Return a parameter by its name in the operation table; raises ValueError."""
         return self.params[OPS[self.op].params.index(name)]
+
+    @property
+    def named(self) -> dict[str, Any]:
+        """Return the parameters by name."""
+        return self.definition.named(self.params)
+
+    @property
+    def angle(self) -> int | None:
+        """Return the number of the result that is an angle in radians, None if none is."""
+        return angle_result(self.op, self.named)
+
+    @property
+    def hyperbolic_angle(self) -> int | None:
+        """Return the number of the result that is a hyperbolic angle, None if none is."""
+        return angle_result(self.op, self.named, -1)
 
     @property
     def name(self) -> str:
@@ -94,9 +109,9 @@ def factored(nodes: Sequence[Node], value: Value) -> tuple[Fraction, Value]:
             case "neg":
                 factor = -factor
             case "cmul":
-                factor *= Fraction(node.params[0])
+                factor *= node.factor
             case "shift":
-                factor *= Fraction(2) ** int(node.params[0])
+                factor *= Fraction(2) ** int(node.exponent)
             case _:
                 return factor, value
         value = node.operands[0]
@@ -116,11 +131,7 @@ class Graph:
     def constant(self, value: Value) -> Fraction | None:
         """Return the number of a constant, else None."""
         node = self.nodes[value.node]
-        if node.op != "const":
-            return None
-        number = node.params[0]
-        assert isinstance(number, Fraction)
-        return number
+        return node.number if node.op == "const" else None
 
     def users(self) -> list[list[int]]:
         """Return, for each node, the nodes that take one of its results, in order and once each."""
@@ -196,7 +207,7 @@ class Builder:
     def constant(self, value: Value) -> Fraction | None:
         """Return the number of a constant, else None."""
         node = self.nodes[value.node]
-        return node.params[0] if node.op == "const" and isinstance(node.params[0], Fraction) else None
+        return node.number if node.op == "const" else None
 
     def build(self, outputs: Mapping[str, Value]) -> Graph:
         """Return the graph of what the outputs need, in a stable order; inputs are all kept."""

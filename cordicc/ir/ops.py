@@ -10,8 +10,10 @@ inputs without a value; such a sample is invalid, and an invalid operand makes e
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 
 class Level(StrEnum):
@@ -25,7 +27,11 @@ class Level(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class OpDef:
-    """An operation: the names of its operand ports, of its parameters and of its results."""
+    """An operation: the names of its operand ports, of its parameters and of its results.
+
+    `angle` is the number of the result that is an angle: in radians in a circular system, which functions
+    are in that have no parameter m, and without a unit in a hyperbolic one.
+    """
 
     name: str
     level: Level
@@ -35,16 +41,22 @@ class OpDef:
     meaning: str
     commutative: bool = False
     partial: bool = False
+    angle: int | None = None
+    hyperbolic: bool = False
 
     @property
     def arity(self) -> int:
         """Return the number of operands."""
         return len(self.ports)
 
+    def named(self, params: Sequence[Any]) -> dict[str, Any]:
+        """Return parameters in the order of the definition by their names."""
+        return dict(zip(self.params, params, strict=True))
 
-def _op(name: str, level: str, ports: str, params: str, results: str, meaning: str, **flags: bool) -> OpDef:
+
+def _op(name: str, level: str, ports: str, params: str, results: str, meaning: str, **more: Any) -> OpDef:
     names = tuple(results.split()) or ("value",)
-    return OpDef(name, Level(level), tuple(ports.split()), tuple(params.split()), names, meaning, **flags)
+    return OpDef(name, Level(level), tuple(ports.split()), tuple(params.split()), names, meaning, **more)
 
 
 # fmt: off
@@ -73,10 +85,10 @@ _TABLE = (
     _op("sin", "function", "a", "", "", "sine"),
     _op("cos", "function", "a", "", "", "cosine"),
     _op("tan", "function", "a", "", "", "tangent", partial=True),
-    _op("asin", "function", "a", "", "", "arc sine", partial=True),
-    _op("acos", "function", "a", "", "", "arc cosine", partial=True),
-    _op("atan", "function", "a", "", "", "arc tangent"),
-    _op("atan2", "function", "y x", "", "", "the angle of the vector (x, y)", partial=True),
+    _op("asin", "function", "a", "", "", "arc sine", partial=True, angle=0),
+    _op("acos", "function", "a", "", "", "arc cosine", partial=True, angle=0),
+    _op("atan", "function", "a", "", "", "arc tangent", angle=0),
+    _op("atan2", "function", "y x", "", "", "the angle of the vector (x, y)", partial=True, angle=0),
     _op("sinh", "function", "a", "", "", "hyperbolic sine"),
     _op("cosh", "function", "a", "", "", "hyperbolic cosine"),
     _op("tanh", "function", "a", "", "", "hyperbolic tangent"),
@@ -86,16 +98,17 @@ _TABLE = (
     _op("exp", "function", "a", "", "", "exponential"),
     _op("log", "function", "a", "", "", "natural logarithm", partial=True),
     _op("solve", "function", "A B C", "m branch", "",
-        "t with B cos t + A sin t = C (m=-1: cosh, sinh)", partial=True),
+        "t with B cos t + A sin t = C (m=-1: cosh, sinh)", partial=True, angle=0),
     _op("solve_pair", "function", "A1 B1 C1 A2 B2 C2", "", "",
-        "atan2(s, c) with B1 c + A1 s = C1, B2 c + A2 s = C2", partial=True),
+        "atan2(s, c) with B1 c + A1 s = C1, B2 c + A2 s = C2", partial=True, angle=0),
     _op("rotate", "unit", "x y z", "m", "x y", "(x, y) turned by z: x C - m y S, y C + x S"),
     _op("vector", "unit", "x y z", "m sign", "norm angle",
-        "sqrt(x**2 + m y**2), z + sign * angle of (x, y); m=0: x, z + sign * y/x", partial=True),
+        "sqrt(x**2 + m y**2), z + sign * angle of (x, y); m=0: x, z + sign * y/x", partial=True, angle=1),
     _op("lightcone", "unit", "u v", "", "root angle",
-        "hyperbolic vectoring of x+y=u, x-y=v: sqrt(u v), log(u/v)/2", partial=True),
+        "hyperbolic vectoring of x+y=u, x-y=v: sqrt(u v), log(u/v)/2",
+        partial=True, angle=1, hyperbolic=True),
     _op("implicit", "unit", "A B C", "m branch", "angle rest",
-        "t as for solve, and sqrt(A**2 + m B**2 - m C**2)", partial=True),
+        "t as for solve, and sqrt(A**2 + m B**2 - m C**2)", partial=True, angle=0),
 )
 # fmt: on
 
@@ -103,3 +116,16 @@ OPS: dict[str, OpDef] = {definition.name: definition for definition in _TABLE}
 
 GUARD_CONDITIONS = ("any", "nonzero", "nonnegative", "positive")
 BRANCHES = ("+", "-", "none")
+
+
+def angle_result(op: str, params: Mapping[str, Any], m: int = 1) -> int | None:
+    """Return the number of the result that is an angle in a coordinate system, None if none is.
+
+    Args:
+        op: the name of an operation.
+        params: its parameters by name.
+        m: the system; angles in the circular one are in radians.
+    """
+    definition = OPS[op]
+    own = params.get("m", -1 if definition.hyperbolic else 1)
+    return definition.angle if own == m else None

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import Workspace
 
 
@@ -109,3 +111,13 @@ class Problem:
             if spec.name == name:
                 return spec
         raise KeyError(name)
+
+
+def input_intervals(problem: Problem) -> dict[str, Interval]:
+    """Return an enclosure of each input's range."""
+    return {
+        spec.name: Interval(
+            math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf)
+        )
+        for spec in problem.inputs
+    }

@@ -97,7 +97,7 @@ def _names(graph: Graph) -> dict[int, str]:
 def _value_name(graph: Graph, names: Mapping[int, str], value: Value) -> str:
     node = graph.node(value)
     if node.op == "input":
-        return str(node.params[0])
+        return node.name
     return f"{names[value.node]}.{node.definition.results[value.result]}"
 
 

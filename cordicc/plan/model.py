@@ -10,6 +10,7 @@ from graphlib import TopologicalSorter
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
+from cordicc.ir.ops import angle_result
 from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
 from cordicc.plan.stated_accuracy import OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
@@ -81,6 +82,11 @@ class Operation:
         m = self.params.get("m")
         assert m is None or isinstance(m, int)
         return m
+
+    @property
+    def angle(self) -> int | None:
+        """Return the number of the result that is an angle in radians, None if none is."""
+        return angle_result(self.op, self.params)
 
     def at(self, unit: str, start: int, finish: int) -> Operation:
         """Return the operation bound to a unit and a slot."""

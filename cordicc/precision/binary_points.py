@@ -18,16 +18,16 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Unattainable
 from cordicc.emulate.climb import climb, climbing
-from cordicc.frontend.domain import input_intervals, input_samples
-from cordicc.frontend.poles import example_of, place
+from cordicc.frontend.domain import input_samples
+from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
-from cordicc.ir.problem import Problem
+from cordicc.ir.meaning.doubles import all_results
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
-from cordicc.ir.ranges.subdivision import Goal, tightened
-from cordicc.rewrite import numeric
+from cordicc.ir.ranges.subdivision import Tightness, tightened
 
 _SAMPLES = 400
 _WORK = 150_000
@@ -63,7 +63,7 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
     samples = input_samples(problem, _SAMPLES)
     inputs = {Value(index) for index, node in enumerate(graph.nodes) if node.op == "input"}
     values = [v for v in sorted(graph.used_results() | inputs) if graph.constant(v) is None]
-    columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
+    columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
     seen = {v: np.abs(columns[str(i)][valid]) for i, v in enumerate(values)}
     signs = {v: _sign(columns[str(i)][valid]) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(problem)))
@@ -146,16 +146,17 @@ def _resolved(graph: Graph, value: Value, found: Magnitudes) -> float:
         number = graph.constant(operand)
         return abs(float(number)) if number is not None else found.values.get(operand, 0.0)
 
-    match node.op, value.result:
-        case ("vector", 1) if node.params[0] != 0:
+    angle = value.result == node.definition.angle
+    match node.op:
+        case "vector" if angle and node.m != 0:
             return 0.5
-        case ("lightcone", 1) | ("implicit", 0):
+        case "lightcone" | "implicit" if angle:
             return 0.5
-        case ("rotate", _) if node.params[0] == 1:
+        case "rotate" if node.m == 1:
             return math.hypot(*(size(operand) for operand in node.operands[:2])) / 2
-        case ("rotate", _) if node.params[0] == -1:
+        case "rotate" if node.m == -1:
             return max(found.values.get(Value(value.node, port), 0.0) for port in (0, 1))
-        case ("implicit", 1):
+        case "implicit":
             return max(size(operand) for operand in node.operands)
         case _:
             return 0.0
@@ -165,17 +166,19 @@ def _sign(column: np.ndarray) -> int:
     return int((column > 0).all()) - int((column < 0).all()) if column.size else 0
 
 
-def _goals(graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]) -> dict[Value, Goal]:
+def _goals(
+    graph: Graph, seen: Mapping[Value, np.ndarray], signs: Mapping[Value, int]
+) -> dict[Value, Tightness]:
     """Return when enclosures are tight: of outputs to the bit, of others to two; divisors without 0."""
     leaving = set(graph.outputs.values())
-    divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.params[0] == 0}
+    divisors = {n.operands[0] for n in graph.nodes if n.op == "vector" and n.m == 0}
     goals = {}
     for value, column in seen.items():
         reached = float(np.max(column, initial=0.0))
         most = math.ldexp(1.0, math.frexp(reached)[1] + (value not in leaving)) if reached else 0.0
         divides = value in divisors
         least = float(np.min(column, initial=math.inf)) / 2 if divides else 0.0
-        goals[value] = Goal(most, signs[value] if divides else 0, least)
+        goals[value] = Tightness(most, signs[value] if divides else 0, least)
     return goals
 
 
@@ -219,7 +222,7 @@ def _climbed(
     part = Graph(graph.nodes[: value.node + 1], {"value": value})
 
     def height(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        size = np.abs(numeric.evaluate(part, columns)[value.node][value.result])
+        size = np.abs(all_results(part, columns)[value.node][value.result])
         return np.where(np.isfinite(size), size, -1.0)
 
     search = climbing(
@@ -237,7 +240,7 @@ def _climbed(
 
 def _peak(part: Graph, points: Mapping[str, np.ndarray]) -> tuple[float, dict[str, np.ndarray]]:
     """Return the largest magnitude of the output of a graph among points, and where it is."""
-    numbers, _ = evaluate(part, points)
+    numbers, _ = reference_outputs(part, points)
     sizes = np.nan_to_num(np.abs(numbers["value"]), nan=0.0)
     top = int(np.argmax(sizes))
     return float(sizes[top]), {name: column[top : top + 1] for name, column in points.items()}

@@ -6,10 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
+from cordicc.ir.meaning.doubles import Results, all_results
 from cordicc.ir.meaning.roundings import errors
 from cordicc.ir.problem import Problem
-from cordicc.rewrite.numeric import Floats, Results, evaluate
 
 _TRIES = 12
 """How often each sample is rounded."""
@@ -39,7 +40,7 @@ class AccuracyGate:
         self._points = points
         self._allowed = {}
         sizes = {
-            name: np.max(np.abs(value)) for name, value in _outputs(graph, evaluate(graph, points)).items()
+            name: np.max(np.abs(value)) for name, value in _outputs(graph, all_results(graph, points)).items()
         }
         for name, moved in self._moved(graph).items():
             usual = max(float(np.median(moved)), _ROUNDING * float(sizes[name]))
@@ -78,7 +79,7 @@ class AccuracyGate:
 
         # One column for each result, in which it alone is moved, and one in which none is.
         inputs = {name: np.full(len(results) + 1, column[sample]) for name, column in self._points.items()}
-        found = _outputs(graph, evaluate(graph, inputs, rounded))[output]
+        found = _outputs(graph, all_results(graph, inputs, rounded))[output]
         moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
         return results[int(np.argmax(moved))] if results and np.max(moved) > 0 else None
 
@@ -96,11 +97,11 @@ class AccuracyGate:
             )
 
         # Against its own exact values: whether they are those of the problem is not judged by samples.
-        exact = _outputs(graph, evaluate(graph, self._points))
+        exact = _outputs(graph, all_results(graph, self._points))
         # All tries at once: each sample stands in the columns as often as it is tried.
         points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
         moved = {}
-        for name, column in _outputs(graph, evaluate(graph, points, rounded)).items():
+        for name, column in _outputs(graph, all_results(graph, points, rounded)).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
             moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))

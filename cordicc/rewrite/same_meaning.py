@@ -9,7 +9,7 @@ import numpy as np
 
 from cordicc.ir import sampling
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import OutputSpec, Problem
 
 _PROBES = 24
@@ -35,15 +35,15 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
     probes = max(_FEWEST, min(_PROBES, fitting))
     samples = sampling.draw(problem.workspace, probes, 1)
-    exact, defined = evaluate(problem.graph, samples)
-    moved = evaluate(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
+    exact, defined = reference_outputs(problem.graph, samples)
+    moved = reference_outputs(problem.graph, {n: column * (1 + 2.0**-40) for n, column in samples.items()})
     tiled = {name: np.tile(column, _SHAKES) for name, column in samples.items()}
-    values, valid = evaluate(problem.graph, tiled, jitter=True)
+    values, valid = reference_outputs(problem.graph, tiled, jitter=True)
     shaken = [
         ({n: v.reshape(_SHAKES, -1)[i] for n, v in values.items()}, valid.reshape(_SHAKES, -1)[i])
         for i in range(_SHAKES)
     ]
-    rewritten, kept = evaluate(graph, samples)
+    rewritten, kept = reference_outputs(graph, samples)
     steady = np.ones(probes, dtype=bool)
     for value, still_defined in (moved, *shaken):
         steady &= defined == still_defined

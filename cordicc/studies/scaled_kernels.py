@@ -22,8 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.kernels.micro_rotations import Integers, shift_round, sign
+from cordicc.arith.kernels.micro_rotations import shift_round, sign
 from cordicc.arith.kernels.shift_sequences import StepTable
+from cordicc.base.arrays import Integers
 
 
 class ScaledTurn(NamedTuple):

@@ -24,7 +24,8 @@ from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.request import Limits
 from cordicc.schedule.solver.engine import Effort
 from cordicc.studies.cluster import executor as executor_of
-from cordicc.targets.target import CAU_KINDS, load_target
+from cordicc.targets.target import CAU_KINDS
+from cordicc.targets.target_file import load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
 MOST_POINTS = 30

@@ -8,8 +8,8 @@ import pytest
 
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, SINGLE_PI, Signal
-from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.arith.unit.systems import system_from_spec
+from cordicc.arith.unit.arithmetic import Arithmetic, system_from_spec
+from cordicc.ir.ops import angle_result
 
 CAU = {"mantissa_bits": 32, "exponent_bits": 10, "iterations": 30}
 SPEC = {
@@ -33,7 +33,8 @@ def run(op, *operands, kind="add", **params):
 
 
 def unit(op, params, kind, *operands):
-    results = ARITHMETIC.execute(op, params, kind, signals(*operands), [SINGLE, SINGLE])
+    formats = [SINGLE, SINGLE]
+    results = ARITHMETIC.execute(op, params, kind, signals(*operands), formats, angle_result(op, params))
     return [result.words for result in results]
 
 

@@ -52,7 +52,7 @@ def test_long_runs_take_compiled_units(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 500, 0)
     plain = functional.run(plan, machine, samples)
-    monkeypatch.setattr(functional, "_COMPILED_FROM", 1)
+    monkeypatch.setattr(functional, "COMPILED_FROM", 1)
     assert compiled_cau.is_compiled(functional.accelerated(plan, machine, samples, 500))
     fast = functional.run(plan, machine, samples)
     assert all(np.array_equal(plain[name], fast[name]) for name in plain)
@@ -135,6 +135,6 @@ def test_a_plan_has_the_same_bits(target: str) -> None:
 def test_without_numba_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = cordicc.compile(EXAMPLES / "planar_2r.yaml")
     machine = plan.arithmetic
-    monkeypatch.setattr(functional, "_COMPILED_FROM", 1)
+    monkeypatch.setattr(functional, "COMPILED_FROM", 1)
     monkeypatch.setattr(functional, "available", lambda: False)
     assert functional.accelerated(plan, machine, sampling.draw(plan.problem.workspace, 5, 0), 5) is machine

@@ -8,10 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from cordicc.arith.numbers.fixed_point import ROUNDINGS, Exact, FixedPoint, fraction_bits_for
+from cordicc.arith.numbers.fixed_point import ROUNDINGS, FixedPoint, ScaledIntegers, fraction_bits_for
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, Signal
-from cordicc.arith.unit.systems import system_from_spec
+from cordicc.arith.unit.arithmetic import system_from_spec
 
 SYSTEM = FixedSystem(24, 4)
 
@@ -49,7 +49,7 @@ def test_every_change_of_format_rounds_as_defined(rounding, fine, coarse):
     expected = [rounded(v, target) for v in values(source, every)]
     assert values(target, target.encode(source.decode(every))) == expected
     assert values(target, target.rounded(source.exact(every))) == expected
-    wide = Exact(every.astype(object), fine, np.ones(every.shape, dtype=bool))
+    wide = ScaledIntegers(every.astype(object), fine, np.ones(every.shape, dtype=bool))
     assert values(target, target.rounded(wide)) == expected
 
 

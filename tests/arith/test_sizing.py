@@ -9,7 +9,7 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit import sizing
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.sizing import OPERATIONS, adder_bits, error_ulp, internal_errors_ulp, size_unit
-from cordicc.targets import target
+from cordicc.targets.target_file import FUNCTIONS_OF_KIND
 
 BITS = 8
 TIGHTNESS = 4
@@ -148,7 +148,7 @@ def test_tighter_errors_and_wider_words_need_more():
 
 
 def test_operations_are_those_of_units():
-    functions = target._FUNCTIONS
+    functions = FUNCTIONS_OF_KIND
     assert set(OPERATIONS) == functions["standard"] | functions["implicit"]
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
-from cordicc.emulate.ports import Formats, constant_signal, prepare
+from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import dependence_order
 from tests.whole.test_corpus import CORPUS, PROBLEMS, table
@@ -26,7 +26,7 @@ def exact(operation, operands):
     made = builder.emit(operation.op, inputs, tuple(operation.params.values()))
     graph = builder.build({f"r{k}": Value(made.node, k) for k in range(len(operation.results))})
     columns = {f"i{k}": column for k, column in enumerate(operands)}
-    results, _ = evaluate(graph, columns)
+    results, _ = reference_outputs(graph, columns)
     return [results[f"r{k}"] for k in range(len(operation.results))]
 
 
@@ -93,7 +93,7 @@ def check(operation, unit, operands, words, formats):
 def test_every_unit_is_within_its_bound(name: str) -> None:
     plan = plan_file(CORPUS / f"{name}.yaml", Options("fixed24", certify=False)).plan
     arithmetic = plan.arithmetic
-    formats = Formats.of(plan, arithmetic)
+    formats = PortFormats.of(plan, arithmetic)
     inputs = table(CORPUS / f"{name}.inputs.csv")
     samples, _ = prepare(plan, {name: column[:ROWS] for name, column in inputs.items()})
     signals = formats.encode(samples)
@@ -103,7 +103,9 @@ def test_every_unit_is_within_its_bound(name: str) -> None:
             for operand in operation.operands
         ]
         wanted = formats.of_results(operation)
-        results = arithmetic.execute(operation.op, operation.params, operation.kind, operands, wanted)
+        results = arithmetic.execute(
+            operation.op, operation.params, operation.kind, operands, wanted, operation.angle
+        )
         for result, signal in zip(operation.results, results, strict=True):
             if result is not None:
                 signals[result] = signal

@@ -18,7 +18,7 @@ from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.base.diagnostics import Unattainable
 from cordicc.emulate import functional
 from cordicc.plan.model import Operand, Plan
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support import command_line
 from tests.support.c_models import (
     SANITIZED,

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import cordicc
-from cordicc.backends.text.formulas import _WRITERS, MOST_PARTS, Formulas
+from cordicc.backends.text.formulas import MOST_PARTS, WRITERS, Formulas
 from cordicc.ir.ops import OPS, Level
 from cordicc.plan.model import Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -108,4 +108,4 @@ def test_formulas_are_right(example: str, units: str) -> None:
 
 
 def test_every_operation_of_plans_has_a_formula() -> None:
-    assert set(_WRITERS) == {n for n, d in OPS.items() if d.level in (Level.ARITHMETIC, Level.UNIT)}
+    assert set(WRITERS) == {n for n, d in OPS.items() if d.level in (Level.ARITHMETIC, Level.UNIT)}

@@ -23,7 +23,7 @@ from cordicc.ir.text import parse_graph
 from cordicc.plan.model import Plan, Selection, Unit
 from cordicc.plan.origin import PlanEquation, PlanOptions, PlanTarget
 from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors, StatedBound
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support import hand_plans as plans
 from tests.support.hard_plans import ALL, HOSTILE
 

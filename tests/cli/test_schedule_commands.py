@@ -23,7 +23,8 @@ from cordicc.schedule.solver.engine import Effort
 from cordicc.schedule.solver.scheduling_problem import Schedule, SchedulingProblem, Task, Value
 from cordicc.schedule.verify_bare import verify_bare
 from cordicc.studies.trade_off import INTERVALS, explore, workers
-from cordicc.targets.target import CAU_KINDS, load_target
+from cordicc.targets.target import CAU_KINDS
+from cordicc.targets.target_file import load_target
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 

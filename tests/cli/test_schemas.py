@@ -18,7 +18,13 @@ from cordicc.base.diagnostics import InvalidInput, Source
 from cordicc.expressions.syntax import CONSTANT_NAMES, FUNCTIONS
 from cordicc.frontend.load import KEYS, load_problem, parse_problem
 from cordicc.frontend.robots.dh import CONVENTIONS, FIELDS, MAX_JOINTS
-from cordicc.targets.target import _FUNCTIONS, REQUIRED_KINDS, load_target, shipped_targets, target_text
+from cordicc.targets.target_file import (
+    FUNCTIONS_OF_KIND,
+    REQUIRED_KINDS,
+    load_target,
+    shipped_targets,
+    target_text,
+)
 from tests.support.command_line import run
 from tests.support.paths import ROOT
 
@@ -259,7 +265,7 @@ def test_the_target_schema_knows_every_kind_and_function() -> None:
     assert {
         kind: set(unit["properties"]["functions"]["items"]["enum"])
         for kind, unit in units["properties"].items()
-    } == _FUNCTIONS
+    } == FUNCTIONS_OF_KIND
 
 
 def target_data(name: str) -> Any:

@@ -16,7 +16,7 @@ from cordicc.emulate.long_run import run_parts
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
 from cordicc.ir.meaning.doubles import screen
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.sampling import Workspace
 from tests.support.command_line import run
 from tests.support.paths import CORPUS, EXAMPLES
@@ -86,7 +86,7 @@ def test_screening_is_near_the_reference(name: str) -> None:
     with (CORPUS / f"{name}.inputs.csv").open(encoding="utf-8") as text:
         data = np.genfromtxt(text, delimiter=",", names=True, max_rows=40)
     inputs = {spec.name: np.atleast_1d(data[spec.name]).astype(float) for spec in problem.inputs}
-    values, defined = evaluate(problem.graph, inputs)
+    values, defined = reference_outputs(problem.graph, inputs)
     screened, screenable = screen(problem.graph, inputs)
     assert np.array_equal(defined, screenable)
     for spec in problem.outputs:
@@ -117,7 +117,7 @@ def test_screening_knows_every_function(tmp_path: Path) -> None:
     generator = np.random.Generator(np.random.PCG64(0))
     inputs = {s.name: generator.uniform(float(s.lo), float(s.hi), 300) for s in problem.inputs}
     inputs["a"][:3], inputs["b"][:2], inputs["c"][:2] = [0.0, -2.0, 2.0], 0.5, 0.0
-    values, defined = evaluate(problem.graph, inputs)
+    values, defined = reference_outputs(problem.graph, inputs)
     screened, screenable = screen(problem.graph, inputs)
     assert defined.any()
     assert not defined.all()

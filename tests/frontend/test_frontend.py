@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span, printable
 from cordicc.frontend.load import parse_problem
-from cordicc.frontend.numeric import evaluate
+from cordicc.ir.meaning.doubles import values_of
 from cordicc.ir.well_formed import verify
 
 HEAD = "inputs: {x: [-1, 1], y: [1, 2]}\n"
@@ -18,7 +19,8 @@ def load(text):
 
 def value(problem, name, **inputs):
     nodes = problem.graph.nodes
-    return evaluate(nodes, range(len(nodes)), inputs)[problem.graph.outputs[name].node]
+    points = {name: np.array([float(number)]) for name, number in inputs.items()}
+    return values_of(nodes, range(len(nodes)), points)[problem.graph.outputs[name].node][0]
 
 
 def codes(text):

@@ -6,7 +6,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cordicc.base.codes import CODES
-from cordicc.base.diagnostics import InvalidInput, Source
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import (
     FUNCTIONS,
@@ -19,9 +18,7 @@ from cordicc.expressions.syntax import (
     Sum,
     parse_expression,
 )
-from cordicc.frontend.load import parse_problem
-from cordicc.ir.text import parse_graph, print_graph
-from cordicc.ir.well_formed import verify
+from tests.support.diagnosed import check_text
 
 SUM, PRODUCT, UNARY, POWER, ATOM = range(1, 6)
 
@@ -85,26 +82,6 @@ def test_printed_trees_parse_back(tree):
     assert parse_expression(printed(tree)) == tree
 
 
-def outcome(text):
-    """Load a text; whatever is wrong with it must be a diagnostic with a known code."""
-    try:
-        loaded = parse_problem(Source("p.yaml", text))
-    except InvalidInput as error:
-        found = error.diagnostics
-    else:
-        check_graph(loaded.problem.graph)
-        return
-    assert found
-    for diagnostic in found:
-        assert diagnostic.code in CODES
-        assert diagnostic.render()
-
-
-def check_graph(graph):
-    verify(graph)
-    assert parse_graph(print_graph(graph)) == graph
-
-
 WORDS = (
     "x y t a sin( cos( cosh( sqrt( atan2( ( ) ) , + - * / ** = == ^ "
     "1 2 0.5 1e-5 pi 1e999 . _ : # ' \" [ ] { } é"
@@ -122,7 +99,7 @@ expressions = st.lists(TOKENS, max_size=15).map(" ".join)
 @example("!!binary x")
 @example("%TAG ! x\n---\na")
 def test_any_text(text):
-    outcome(text)
+    check_text(text)
 
 
 @given(expressions)
@@ -142,14 +119,14 @@ def test_any_equations(equations, left, right):
     lines = ["inputs: {x: [0.5, 1], y: [-1, 1]}", "constants: {a: 2}", "equations:"]
     lines += [f"  - z{i} = {e}" for i, e in enumerate(equations)]
     lines += [f"  - solve: {left} = {right}", "    for: t", '    branch: "+"']
-    outcome("\n".join(lines))
+    check_text("\n".join(lines))
 
 
 @settings(deadline=None)
 @given(trees)
 def test_lowered_trees_are_valid_graphs(tree):
     head = "inputs: {x: [0.5, 1], y: [-1, 1], b: [1, 2]}\nconstants: {a: 2}\nequations:\n"
-    outcome(f"{head}  - z = {printed(tree)}\n")
+    check_text(f"{head}  - z = {printed(tree)}\n")
 
 
 @settings(deadline=None)
@@ -157,7 +134,7 @@ def test_lowered_trees_are_valid_graphs(tree):
 def test_solving_any_tree(tree):
     lines = ["inputs: {x: [0.5, 1], b: [1, 2]}", "constants: {a: 2}", "equations:"]
     lines += [f"  - solve: {printed(tree)} + cos(y) = x", "    for: y", '    branch: "+"']
-    outcome("\n".join(lines))
+    check_text("\n".join(lines))
 
 
 sections = st.recursive(
@@ -184,4 +161,4 @@ sections = st.recursive(
     )
 )
 def test_any_structure(parts):
-    outcome("".join(f"{key}: {value}\n" for key, value in parts.items()))
+    check_text("".join(f"{key}: {value}\n" for key, value in parts.items()))

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.frontend.test_frontend_properties import outcome
+from tests.support.diagnosed import check_text
 
 HEAD = "inputs: {x: [0.5, 1], y: [-1, 1]}\nconstants: {a: 2, b: 30 deg}\nequations:\n"
 
@@ -44,27 +44,29 @@ TABLE = "- dh: {frame: T, convention: standard, joints: [{theta: x, a: 1}, {thet
 @given(st.lists(mixed, min_size=1, max_size=3), mixed)
 def test_any_vectors(vectors, number):
     lines = [f"- 'vector: v{i} = {e}'\n- vector: '  w{i} = {e}'\n" for i, e in enumerate(vectors)]
-    outcome(HEAD + VECTORS + TABLE + "".join(lines) + f"- 'z = {number}'\n- n = x + w0_y\n")
+    check_text(HEAD + VECTORS + TABLE + "".join(lines) + f"- 'z = {number}'\n- n = x + w0_y\n")
 
 
 @settings(deadline=None)
 @given(mixed, mixed, st.sampled_from(["t", "[t, u]", "u"]), branches)
 def test_any_solve_with_vectors(left, right, unknowns, branch):
     solve = f"- solve: '{left} = {right}'\n  for: {unknowns}\n  branch: {branch}\n- z = t + u\n"
-    outcome(HEAD + VECTORS + TABLE + solve)
+    check_text(HEAD + VECTORS + TABLE + solve)
 
 
 @settings(deadline=None)
 @given(st.lists(trigonometric, min_size=4, max_size=4), branches)
 def test_any_loop(sides, branch):
     a, b, c, d = sides
-    outcome(HEAD + f"- solve: ['{a} = {b}', '{c} = {d}']\n  for: [t, u]\n  branch: {branch}\n")
+    check_text(HEAD + f"- solve: ['{a} = {b}', '{c} = {d}']\n  for: [t, u]\n  branch: {branch}\n")
 
 
 @settings(deadline=None)
 @given(trigonometric, branches)
 def test_any_condition(side, branch):
-    outcome(HEAD + VECTORS + f"- u = 2*x\n- solve: '{side} = y'\n  for: t\n  branch: {branch}\n- z = t*u\n")
+    check_text(
+        HEAD + VECTORS + f"- u = 2*x\n- solve: '{side} = y'\n  for: t\n  branch: {branch}\n- z = t*u\n"
+    )
 
 
 @settings(deadline=None)
@@ -75,4 +77,4 @@ def test_any_condition(side, branch):
 def test_any_table(joints, convention):
     rows = ["{" + ", ".join(f"{key}: '{value}'" for key, value in row.items()) + "}" for row in joints]
     table = f"- dh: {{frame: A, convention: {convention}, joints: [{', '.join(rows)}]}}\n"
-    outcome(HEAD + VECTORS + TABLE + table + "- z = A_px + A_r12\n")
+    check_text(HEAD + VECTORS + TABLE + table + "- z = A_px + A_r12\n")

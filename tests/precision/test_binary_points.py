@@ -9,15 +9,15 @@ import pytest
 import cordicc
 from cordicc.base.diagnostics import Unattainable
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.ir.ranges.subdivision import Goal, tightened
+from cordicc.ir.ranges.subdivision import Tightness, tightened
 from cordicc.ir.text import parse_graph
 from cordicc.pipeline import read_problem, rewrite
 from cordicc.precision.binary_points import magnitudes
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support.paths import CORPUS
 
 DIFFERENCE = "%0 = input[name=x]\n%1 = mul(%0, %0)\n%2 = sub(%1, %0)\noutput y = %2\n"
@@ -39,7 +39,7 @@ def test_a_difference_of_dependent_values_is_tightened() -> None:
     inputs = {"x": Interval(0.0, 1.0)}
     loose = value_ranges(graph, inputs)
     assert loose[2][0] == Interval(-1.0, 1.0)
-    tight = tightened(graph, loose, {Value(2): Goal(0.25)}, 10_000)[2][0]
+    tight = tightened(graph, loose, {Value(2): Tightness(0.25)}, 10_000)[2][0]
     assert tight is not None
     assert -0.26 < tight.lo <= -0.25
     assert 0.0 <= tight.hi < 0.26
@@ -51,7 +51,7 @@ def test_a_divisor_is_tightened_away_from_zero() -> None:
         "%3 = const[value=1/2]\n%4 = add(%2, %3)\noutput y = %4\n"
     )
     loose = value_ranges(graph, {"x": Interval(0.0, 1.0)})
-    tight = tightened(graph, loose, {Value(4): Goal(0.5, 1, 0.125)}, 10_000)[4][0]
+    tight = tightened(graph, loose, {Value(4): Tightness(0.5, 1, 0.125)}, 10_000)[4][0]
     assert tight is not None
     assert tight.lo >= 0.125
 
@@ -59,7 +59,7 @@ def test_a_divisor_is_tightened_away_from_zero() -> None:
 def test_no_work_leaves_enclosures_as_they_are() -> None:
     graph = graph_of(DIFFERENCE)
     loose = value_ranges(graph, UNIT)
-    assert tightened(graph, loose, {Value(2): Goal(0.25)}, 0) == loose
+    assert tightened(graph, loose, {Value(2): Tightness(0.25)}, 0) == loose
 
 
 def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> None:
@@ -81,14 +81,15 @@ def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> No
     ["planar_2r_solve", "catenary_two_supports", "double_wishbone_2d", "humanoid_leg_6dof", "lorentz_boost"],
 )
 def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) -> None:
-    from cordicc.frontend.domain import input_intervals, input_samples
+    from cordicc.frontend.domain import input_samples
+    from cordicc.ir.problem import input_intervals
 
     loaded = read_problem(CORPUS / f"{name}.yaml")
     graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
     values = sorted(graph.used_results())
     samples = input_samples(loaded.problem, 300)
-    columns, valid = evaluate(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
-    goals = {v: Goal(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
+    columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
+    goals = {v: Tightness(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(loaded.problem)))
     enclosures = tightened(graph, enclosures, goals, 20_000)
     for i, value in enumerate(values):
@@ -247,7 +248,7 @@ def test_words_are_not_finer_than_the_units_that_make_them(
 @pytest.mark.parametrize("width", [10, 16, 26, 28])
 @pytest.mark.parametrize("rounding", ["half-up", "half-even", "floor"])
 def test_targets_of_other_widths(tmp_path: Path, width: int, rounding: str) -> None:
-    from cordicc.targets.target import target_text
+    from cordicc.targets.target_file import target_text
 
     text = target_text("fixed24").text.replace("width: 24", f"width: {width}")
     path = tmp_path / "mine.yaml"

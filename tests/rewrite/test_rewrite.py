@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cordicc.ir.graph import Builder, Value
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.reference import reference_outputs
 from tests.support.pass_graphs import NAMES, assert_same, build, rewritten, samples
 
 UNARY = (
@@ -251,14 +251,14 @@ def test_any_expression_keeps_its_meaning(expression) -> None:
     """Values and validity agree, save where the expression itself hangs on the last of 113 bits."""
     graph = build(lambda b, x, y, w: emit(b, expression))
     points = samples(12)
-    exact, defined = evaluate(graph, points)
-    shaken, still = evaluate(graph, {n: np.tile(p, SHAKES) for n, p in points.items()}, jitter=True)
+    exact, defined = reference_outputs(graph, points)
+    shaken, still = reference_outputs(graph, {n: np.tile(p, SHAKES) for n, p in points.items()}, jitter=True)
     with np.errstate(all="ignore"):
         near = np.abs(shaken["out"] - np.tile(exact["out"], SHAKES)) <= 1e-9 * (1 + np.abs(shaken["out"]))
     agree = (still == np.tile(defined, SHAKES)) & (near | ~still)
     steady = agree.reshape(SHAKES, -1).all(axis=0) & ~(np.abs(exact["out"]) > 1e12)
     for implicit in (True, False):
-        value, valid = evaluate(rewritten(graph, implicit=implicit), points)
+        value, valid = reference_outputs(rewritten(graph, implicit=implicit), points)
         np.testing.assert_array_equal(valid[steady], defined[steady])
         both = defined & steady
         np.testing.assert_allclose(value["out"][both], exact["out"][both], rtol=1e-6, atol=1e-6)

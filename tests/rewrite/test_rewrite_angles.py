@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Value
-from cordicc.rewrite.numeric import Results, evaluate
+from cordicc.ir.meaning.doubles import Results, all_results
 from cordicc.rewrite.rules import circles, common_denominators, offsets, synthesis, vector_sums
 from cordicc.rewrite.rules.principal_values import PRINCIPAL_VALUES
 from cordicc.rewrite.rules.rule import Given
@@ -128,13 +128,13 @@ def test_squares_of_half_angles_cancel_no_digits(tmp_path: Path, monkeypatch: Pa
     def moved() -> float:
         graph = searched(problem).graph
         output = graph.outputs["r"]
-        exact = evaluate(graph, inputs)[output.node][output.result]
+        exact = all_results(graph, inputs)[output.node][output.result]
         noise = np.random.default_rng(3)
 
         def rounded(_: object, __: object, made: Results) -> Results:
             return tuple(x * (1 + noise.uniform(-1e-6, 1e-6, x.shape)) for x in made)
 
-        tries = [evaluate(graph, inputs, rounded)[output.node] for _ in range(8)]
+        tries = [all_results(graph, inputs, rounded)[output.node] for _ in range(8)]
         return float(np.max([np.abs(each[output.result] / exact - 1) for each in tries]))
 
     error = moved()
@@ -194,7 +194,7 @@ def test_values_stay_far_from_overflow(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "x=1e20:9e20, y=1e20:9e20, v=1e20:9e20, w=1e20:9e20", equations, "q, t")
     graph = searched(problem).graph
     points = {name: np.full(3, 5e20) for name in "xyvw"}
-    assert max(float(np.max(np.abs(r))) for results in evaluate(graph, points) for r in results) < 2.0**96
+    assert max(float(np.max(np.abs(r))) for results in all_results(graph, points) for r in results) < 2.0**96
 
 
 def test_lifted_outputs_are_fractions_of_their_values(monkeypatch: Patch) -> None:

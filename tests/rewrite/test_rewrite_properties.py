@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cordicc.ir.graph import Builder, Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import cheapest
@@ -105,9 +105,9 @@ def samples(problem: Problem, seed: int) -> dict[str, np.ndarray]:
 
 def steady(graph: Graph, points: dict[str, np.ndarray]) -> np.ndarray:
     """Tell where the equations themselves do not hang on rounding."""
-    exact, defined = evaluate(graph, points)
+    exact, defined = reference_outputs(graph, points)
     tiled = {name: np.tile(column, SHAKES) for name, column in points.items()}
-    shaken, still = evaluate(graph, tiled, jitter=True)
+    shaken, still = reference_outputs(graph, tiled, jitter=True)
     good = np.ones(POINTS, dtype=bool)
     for name in exact:
         with np.errstate(all="ignore"):
@@ -131,8 +131,8 @@ def test_random_trees_keep_their_meaning(seed: int) -> None:
     verify(choice.graph)
     assert of_graph(choice.graph, costs, goal) <= of_graph(graph, costs, goal)
     points = samples(problem, seed)
-    exact, defined = evaluate(problem.graph, points)
-    values, valid = evaluate(choice.graph, points)
+    exact, defined = reference_outputs(problem.graph, points)
+    values, valid = reference_outputs(choice.graph, points)
     good = steady(problem.graph, points)
     np.testing.assert_array_equal(valid[good], defined[good])
     for name in exact:

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Value
+from cordicc.ir.problem import input_intervals
 from cordicc.rewrite.accuracy_gate import AccuracyGate
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.realisations import Realisations
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 from tests.support.rewriting import certain, multipliers, problem_of, same_where, searched, units
 
 TWO_LINKS = """

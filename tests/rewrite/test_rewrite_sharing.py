@@ -100,10 +100,10 @@ def test_preferred_implicit_units_come_before_every_goal(tmp_path: Path) -> None
 
 
 def search_with(problem, graph, *, preferred: bool):
-    from cordicc.frontend.domain import input_intervals
+    from cordicc.ir.problem import input_intervals
     from cordicc.rewrite.cheapest import cheapest
     from cordicc.rewrite.passes.base import PassContext
-    from cordicc.targets.target import load_target
+    from cordicc.targets.target_file import load_target
 
     costs = Costs.of(load_target("krieger96"), implicit=True, preferred=preferred)
     return cheapest(problem, graph, PassContext(input_intervals(problem), "latency"), costs).graph

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from cordicc.frontend.domain import input_intervals
 from cordicc.ir.graph import Value
+from cordicc.ir.problem import input_intervals
 from cordicc.rewrite import rules
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules.catalogue import RULES

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from cordicc.ir.graph import Builder, Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.selections import Selections
 from tests.support.pass_graphs import NAMES, assert_same, build, samples

@@ -9,7 +9,7 @@ from typing import Any
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Builder, Graph
 from cordicc.plan.origin import PlanInput, PlanOutput, PlanProblem, PlanTarget
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 
 
 def graph_of(inputs: Iterable[str], outputs: Iterable[str] = ()) -> Graph:

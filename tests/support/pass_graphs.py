@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from cordicc.ir.graph import Builder, Graph, Value
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.reference import evaluate
+from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ops import Level
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify
@@ -31,10 +31,10 @@ def rewritten(graph: Graph, goal: str = "processors", *, implicit: bool = True, 
 
 def assert_same(graph: Graph, samples: dict[str, np.ndarray]) -> None:
     """Compare a graph with its rewritings; values within rounding of 113 bits, validity exactly."""
-    exact, defined = evaluate(graph, samples)
+    exact, defined = reference_outputs(graph, samples)
     for implicit in (True, False):
         for goal in ("processors", "latency"):
-            value, valid = evaluate(rewritten(graph, goal, implicit=implicit), samples)
+            value, valid = reference_outputs(rewritten(graph, goal, implicit=implicit), samples)
             np.testing.assert_array_equal(valid, defined)
             for name in exact:
                 np.testing.assert_allclose(value[name][valid], exact[name][valid], rtol=1e-9, atol=1e-9)

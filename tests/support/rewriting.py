@@ -6,18 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cordicc.frontend.domain import input_intervals
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Graph
-from cordicc.ir.meaning.reference import evaluate
-from cordicc.ir.problem import Problem
+from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
-from cordicc.targets.target import load_target
+from cordicc.targets.target_file import load_target
 
 KINEMATIC = load_target("kinematic")
 
@@ -65,8 +64,8 @@ def multipliers(graph: Graph) -> int:
 def same_where(problem: Problem, graph: Graph, samples: dict[str, list[float]]) -> None:
     """Assert equal validity, and values equal modulo 2 pi, on chosen samples."""
     points = {name: np.array(column, dtype=float) for name, column in samples.items()}
-    exact, defined = evaluate(problem.graph, points)
-    values, valid = evaluate(graph, points)
+    exact, defined = reference_outputs(problem.graph, points)
+    values, valid = reference_outputs(graph, points)
     np.testing.assert_array_equal(valid, defined)
     for name in exact:
         difference = np.abs(exact[name] - values[name])[defined]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
 

@@ -5,7 +5,8 @@ from ruamel.yaml import YAML
 
 from cordicc.base.diagnostics import InvalidInput
 from cordicc.plan.origin import PlanTarget
-from cordicc.targets.target import function_name, load_target, shipped_targets, target_text
+from cordicc.targets.target import function_name
+from cordicc.targets.target_file import load_target, shipped_targets, target_text
 
 
 @pytest.mark.parametrize("name", shipped_targets())

@@ -18,9 +18,9 @@ from cordicc.arith.compiled.compiled_systems import compiled_system
 from cordicc.arith.kernels.micro_rotations import limbs
 from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
-from cordicc.arith.numbers.formats import FloatArray
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
+from cordicc.base.arrays import Floats
 
 _BRANCHES = {"+": 1, "-": -1, "none": 0}
 
@@ -48,7 +48,7 @@ def compiled_arithmetic(arithmetic: Arithmetic) -> Arithmetic:
 class CompiledCau(Cau):
     """A unit with the operations of `Cau`, compiled."""
 
-    def rotate(self, m: int, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def rotate(self, m: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Turn (x, y) by z, as `Cau.rotate` does."""
         from cordicc.arith.compiled import unit_loops as units
 
@@ -57,9 +57,7 @@ class CompiledCau(Cau):
             return self._run(units.rotate_circular, (x, y, z), constants, _reduction(self.angle_bits))
         return self._run(units.rotate_linear if m == 0 else units.rotate_hyperbolic, (x, y, z), constants)
 
-    def vector(
-        self, m: int, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def vector(self, m: int, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Return norm and angle, as `Cau.vector` does."""
         from cordicc.arith.compiled import implicit_loops, unit_loops
 
@@ -70,15 +68,13 @@ class CompiledCau(Cau):
         function = unit_loops.vector_linear if m == 0 else implicit_loops.lightcone
         return self._run(function, (x, y, z), constants, sign)
 
-    def lightcone(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def lightcone(self, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return sqrt(u v) and ln(u/v)/2, as `Cau.lightcone` does."""
         from cordicc.arith.compiled.implicit_loops import lightcone
 
         return self._run(lightcone, (u, v, v), _steps(standard_table(self, -1)), 0)
 
-    def implicit(
-        self, m: int, branch: str, A: FloatArray, B: FloatArray, C: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def implicit(self, m: int, branch: str, A: Floats, B: Floats, C: Floats) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C, as `Cau.implicit` does."""
         from cordicc.arith.compiled import implicit_loops
 
@@ -90,8 +86,8 @@ class CompiledCau(Cau):
         return self._run(function, (A, B, C), _steps(table.steps), rule)
 
     def _run(
-        self, function: Callable[..., None], operands: tuple[FloatArray, ...], *constants: Any
-    ) -> tuple[FloatArray, FloatArray]:
+        self, function: Callable[..., None], operands: tuple[Floats, ...], *constants: Any
+    ) -> tuple[Floats, Floats]:
         arrays = [np.atleast_1d(np.asarray(operand, dtype=np.float64)) for operand in operands]
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
         flat = [np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1) for array in arrays]

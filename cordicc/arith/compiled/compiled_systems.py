@@ -11,7 +11,8 @@ import numpy as np
 from cordicc.arith.numbers.fixed_point import ROUNDINGS, SHIFT_LIMIT, FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
-from cordicc.arith.numbers.formats import BinaryPoint, FloatArray, NumberFormat, NumberSystem, Signal, Word
+from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, NumberSystem, Signal
+from cordicc.base.arrays import Floats, Words
 
 _COMPILED = ("add", "sub", "mul", "cmul")
 
@@ -31,7 +32,7 @@ class CompiledSingle(SingleSystem):
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation, as `SingleSystem.calculate` does."""
         from cordicc.arith.compiled import word_loops
 
@@ -49,7 +50,7 @@ class CompiledSingle(SingleSystem):
 class CompiledFixedPoint(FixedPoint):
     """A fixed-point format."""
 
-    def encode(self, values: FloatArray) -> Word:
+    def encode(self, values: Floats) -> Words:
         """Round values to words, as `FixedPoint.encode` does."""
         from cordicc.arith.compiled.word_loops import encode_fixed
 
@@ -60,7 +61,7 @@ class CompiledFixedPoint(FixedPoint):
         )
         return words
 
-    def decode(self, words: Word) -> FloatArray:
+    def decode(self, words: Words) -> Floats:
         """Return the values of words, as `FixedPoint.decode` does."""
         from cordicc.arith.compiled.word_loops import decode_fixed
 
@@ -91,7 +92,7 @@ class CompiledFixed(FixedSystem):
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation, as `FixedSystem.calculate` does."""
         taken = list(operands)
         if op == "cmul":
@@ -100,7 +101,7 @@ class CompiledFixed(FixedSystem):
         made = self._compiled(op, taken, result)
         return FixedSystem.calculate(self, op, params, operands, result) if made is None else made
 
-    def _compiled(self, op: str, operands: Sequence[Signal], result: NumberFormat) -> Word | None:
+    def _compiled(self, op: str, operands: Sequence[Signal], result: NumberFormat) -> Words | None:
         """Return the result of a sum or product of whole arrays that fits 64 bits, None for any other."""
         from cordicc.arith.compiled import word_loops
 

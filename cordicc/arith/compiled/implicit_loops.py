@@ -32,8 +32,8 @@ from cordicc.arith.compiled.step_loops import (
 from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_difference
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS
-from cordicc.arith.numbers.formats import FloatArray
 from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
+from cordicc.base.arrays import Floats
 
 Rule = tuple[int, int, int, int]
 """1 if root-free, the tolerance, half a turn, and the branch: 1 for "+", -1 for "-", 0 for none."""
@@ -43,11 +43,11 @@ _MIDDLE = (5 << (LOG_BITS - 3)) + (1 << (LOG_BITS - 1))
 
 @compiled
 def lightcone(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    root: FloatArray,
-    angle: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    root: Floats,
+    angle: Floats,
     widths: Widths,
     steps: Steps,
     sign: int,
@@ -94,11 +94,11 @@ def lightcone(
 
 @compiled
 def implicit_circular(
-    A: FloatArray,
-    B: FloatArray,
-    C: FloatArray,
-    angle: FloatArray,
-    rest: FloatArray,
+    A: Floats,
+    B: Floats,
+    C: Floats,
+    angle: Floats,
+    rest: Floats,
     widths: Widths,
     steps: Steps,
     rule: Rule,
@@ -162,11 +162,11 @@ def _log2(mantissa: int, exponent: int) -> int:
 
 @compiled
 def implicit_hyperbolic(
-    A: FloatArray,
-    B: FloatArray,
-    C: FloatArray,
-    angle: FloatArray,
-    rest: FloatArray,
+    A: Floats,
+    B: Floats,
+    C: Floats,
+    angle: Floats,
+    rest: Floats,
     widths: Widths,
     steps: Steps,
     rule: Rule,

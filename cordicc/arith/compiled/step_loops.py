@@ -13,16 +13,14 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels.blocks import WIDE_BITS, ZERO_EXPONENT
-from cordicc.arith.numbers.formats import FloatArray
+from cordicc.base.arrays import Floats, Int64s
 
-Ints = NDArray[np.int64]
 Product = tuple[int, int, int, int]
 """Constant, shift, lower limbs (-1: the product rounds to 0), and their bits."""
 
-Steps = tuple[Ints, Ints, Ints, Ints, Ints, Product]
+Steps = tuple[Int64s, Int64s, Int64s, Int64s, Int64s, Product]
 """Shifts and angles, target factors with their limbs and limb bits; the product with the inverse gain."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -55,15 +53,15 @@ BLOCK = 512
 
 @compiled
 def cut(
-    begin: int, x: FloatArray, y: FloatArray, z: FloatArray, first: FloatArray, second: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    begin: int, x: Floats, y: Floats, z: Floats, first: Floats, second: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the block of operands and results that begins at a sample."""
     part = slice(begin, min(begin + BLOCK, x.size))
     return x[part], y[part], z[part], first[part], second[part]
 
 
 @compiled
-def three(size: int) -> tuple[Ints, Ints, Ints]:
+def three(size: int) -> tuple[Int64s, Int64s, Int64s]:
     """Return room for three blocks of integers.
 
     Each is an allocation of its own: rows of one array might overlap for all that the compiler can tell,
@@ -139,7 +137,7 @@ def delivered(value: float) -> float:
 
 
 @compiled
-def multiply_round(value: Ints, kept: int, product: Product) -> None:
+def multiply_round(value: Int64s, kept: int, product: Product) -> None:
     """Put value * constant / 2^shift rounded half up in the place of a block, plus itself for `kept` -1."""
     constant, shift, limbs, limb_bits = product
     half, mask, last = 1 << (shift - 1), (1 << limb_bits) - 1, shift - limbs * limb_bits
@@ -163,7 +161,7 @@ def multiply_round(value: Ints, kept: int, product: Product) -> None:
 
 
 @compiled
-def compensate(coordinate: Ints, steps: Steps) -> None:
+def compensate(coordinate: Int64s, steps: Steps) -> None:
     """Divide a block by the gain, in place; it keeps `SCALE_BITS` more."""
     multiply_round(coordinate, 0, steps[5])
 
@@ -176,21 +174,21 @@ def angle_sum(z: int, z_exponent: int, angle: int, width: int, angle_bits: int) 
 
 
 @compiled
-def unpack_block(bits: Ints, mantissa: Ints, exponent: Ints, width: int) -> None:
+def unpack_block(bits: Int64s, mantissa: Int64s, exponent: Int64s, width: int) -> None:
     """Unpack a block.  Loops over few arrays at a time are what the compiler makes vector code of."""
     for i in range(bits.size):
         mantissa[i], exponent[i] = unpack(bits[i], width)
 
 
 @compiled
-def align_block(mantissa: Ints, exponent: Ints, common: Ints) -> None:
+def align_block(mantissa: Int64s, exponent: Int64s, common: Int64s) -> None:
     """Bring mantissas to a common exponent, in place."""
     for i in range(mantissa.size):
         mantissa[i] = shifted(mantissa[i], common[i] - exponent[i])
 
 
 @compiled
-def deliver_block(mantissa: Ints, exponent: Ints, results: FloatArray) -> None:
+def deliver_block(mantissa: Int64s, exponent: Int64s, results: Floats) -> None:
     """Write a block of results; mantissas are below 2^51, and used up as the exponents are."""
     for i in range(mantissa.size):
         mantissa[i] += _NUMBER_BITS
@@ -201,7 +199,7 @@ def deliver_block(mantissa: Ints, exponent: Ints, results: FloatArray) -> None:
 
 
 @compiled
-def deliver_angles(angle: Ints, angle_bits: int, results: FloatArray) -> None:
+def deliver_angles(angle: Int64s, angle_bits: int, results: Floats) -> None:
     """Write a block of angles of at most two turns, which are used up."""
     unit = 0.5**angle_bits
     for i in range(angle.size):
@@ -213,7 +211,7 @@ def deliver_angles(angle: Ints, angle_bits: int, results: FloatArray) -> None:
 
 @compiled
 def deliver_sums(
-    z: Ints, z_exponent: Ints, angle: Ints, width: int, angle_bits: int, results: FloatArray
+    z: Int64s, z_exponent: Int64s, angle: Int64s, width: int, angle_bits: int, results: Floats
 ) -> None:
     """Write a block of z + angle in radians, of angles of at most two turns; all are used up."""
     for i in range(angle.size):
@@ -222,7 +220,7 @@ def deliver_sums(
 
 
 @compiled
-def rotate(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
+def rotate(m: int, x: Int64s, y: Int64s, z: Int64s, steps: Steps) -> None:
     """Turn a block (x, y) by z, in place."""
     mirror, moves = m >> 63, -(m & 1)  # masks in the place of products by m, which no vector code has
     for step in range(steps[0].size):
@@ -238,7 +236,7 @@ def rotate(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
 
 
 @compiled
-def vector(m: int, x: Ints, y: Ints, z: Ints, steps: Steps) -> None:
+def vector(m: int, x: Int64s, y: Int64s, z: Int64s, steps: Steps) -> None:
     """Turn a block (x, y) until y = 0, in place."""
     mirror, moves = m >> 63, -(m & 1)
     for step in range(steps[0].size):
@@ -261,7 +259,7 @@ def _towards(mirror: int, x: int, y: int, target: int) -> int:
 
 
 @compiled
-def implicit(m: int, x: Ints, y: Ints, target: Ints, z: Ints, steps: Steps, factor_bits: int) -> None:
+def implicit(m: int, x: Int64s, y: Int64s, target: Int64s, z: Int64s, steps: Steps, factor_bits: int) -> None:
     """Turn a block until y is the target, in place, by standard micro-rotations."""
     mirror = m >> 63
     for step in range(steps[0].size):
@@ -278,7 +276,7 @@ def implicit(m: int, x: Ints, y: Ints, target: Ints, z: Ints, steps: Steps, fact
 
 
 @compiled
-def implicit_root_free(m: int, x: Ints, y: Ints, target: Ints, z: Ints, steps: Steps) -> None:
+def implicit_root_free(m: int, x: Int64s, y: Int64s, target: Int64s, z: Int64s, steps: Steps) -> None:
     """Turn a block until y is the target, in place, by root-free double rotations."""
     mirror = m >> 63
     for step in range(steps[0].size):

@@ -11,7 +11,6 @@ import numpy as np
 
 from cordicc.arith.compiled.step_loops import (
     BLOCK,
-    Ints,
     Product,
     Steps,
     added,
@@ -36,12 +35,12 @@ from cordicc.arith.compiled.step_loops import (
 from cordicc.arith.kernels.blocks import WIDE_BITS, ZERO_EXPONENT
 from cordicc.arith.kernels.reduction import LN2_BITS, PHASE_EXPONENTS, SCALE_BITS, TURN_BITS, TURN_TAIL_BITS
 from cordicc.arith.kernels.shift_sequences import inverse_ln2_fixed, ln2_fixed
-from cordicc.arith.numbers.formats import FloatArray
+from cordicc.base.arrays import Floats, Int64s
 
 Widths = tuple[int, int, int]
 """Bits of an operand, of the fraction of a coordinate, and of the fraction of an angle."""
 
-Reduction = tuple[Ints, Ints, Product]
+Reduction = tuple[Int64s, Int64s, Product]
 """Heads and tails of the phase by exponent; the product with 2 pi."""
 
 _FIRST_EXPONENT, _LAST_EXPONENT = PHASE_EXPONENTS.start, PHASE_EXPONENTS.stop - 1
@@ -67,11 +66,11 @@ def sum_and_difference(
 
 @compiled
 def rotate_circular(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    first: FloatArray,
-    second: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    first: Floats,
+    second: Floats,
     widths: Widths,
     steps: Steps,
     reduction: Reduction,
@@ -117,11 +116,11 @@ def rotate_circular(
 
 @compiled
 def rotate_linear(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    first: FloatArray,
-    second: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    first: Floats,
+    second: Floats,
     widths: Widths,
     steps: Steps,
 ) -> None:
@@ -151,11 +150,11 @@ def rotate_linear(
 
 @compiled
 def rotate_hyperbolic(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    first: FloatArray,
-    second: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    first: Floats,
+    second: Floats,
     widths: Widths,
     steps: Steps,
 ) -> None:
@@ -194,11 +193,11 @@ def rotate_hyperbolic(
 
 @compiled
 def vector_circular(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    norm: FloatArray,
-    angle: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    norm: Floats,
+    angle: Floats,
     widths: Widths,
     steps: Steps,
     sign: int,
@@ -239,11 +238,11 @@ def vector_circular(
 
 @compiled
 def vector_linear(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    norm: FloatArray,
-    angle: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    norm: Floats,
+    angle: Floats,
     widths: Widths,
     steps: Steps,
     sign: int,

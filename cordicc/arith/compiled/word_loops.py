@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.compiled.step_loops import compiled
-from cordicc.arith.numbers.formats import FloatArray
-
-Singles = NDArray[np.float32]
+from cordicc.base.arrays import Floats, Int64s, Singles
 
 _LARGEST = np.finfo(np.float32).max
 _INVALID = np.float32(np.nan)
@@ -54,8 +51,6 @@ def cmul(a: Singles, factor: Singles, result: Singles) -> None:
         result[i] = held(a[i] * factor[0])
 
 
-Words = NDArray[np.int64]
-
 Rounding = tuple[int, int, int, int]
 """Places to drop (append, if negative), the rounding's place in `ROUNDINGS`, largest and invalid word."""
 
@@ -78,7 +73,7 @@ def rounded(value: int, rounding: Rounding) -> int:
 
 @compiled
 def add_fixed(
-    a: Words, b: Words, lifts: tuple[int, int], invalid: tuple[int, int], rounding: Rounding, result: Words
+    a: Int64s, b: Int64s, lifts: tuple[int, int], invalid: tuple[int, int], rounding: Rounding, result: Int64s
 ) -> None:
     """Add words lifted to one scale."""
     for i in range(result.size):
@@ -88,7 +83,7 @@ def add_fixed(
 
 @compiled
 def sub_fixed(
-    a: Words, b: Words, lifts: tuple[int, int], invalid: tuple[int, int], rounding: Rounding, result: Words
+    a: Int64s, b: Int64s, lifts: tuple[int, int], invalid: tuple[int, int], rounding: Rounding, result: Int64s
 ) -> None:
     """Subtract words lifted to one scale."""
     for i in range(result.size):
@@ -97,7 +92,7 @@ def sub_fixed(
 
 
 @compiled
-def mul_fixed(a: Words, b: Words, invalid: tuple[int, int], rounding: Rounding, result: Words) -> None:
+def mul_fixed(a: Int64s, b: Int64s, invalid: tuple[int, int], rounding: Rounding, result: Int64s) -> None:
     """Multiply; the second operand may be a single word, of shape (1,)."""
     last = b.size - 1
     for i in range(result.size):
@@ -107,7 +102,7 @@ def mul_fixed(a: Words, b: Words, invalid: tuple[int, int], rounding: Rounding, 
 
 
 @compiled
-def encode_fixed(values: FloatArray, scale: float, rounding: Rounding, result: Words) -> None:
+def encode_fixed(values: Floats, scale: float, rounding: Rounding, result: Int64s) -> None:
     """Round numbers to words; `rounding` drops no places."""
     _, mode, largest, invalid = rounding
     for i in range(result.size):
@@ -121,7 +116,7 @@ def encode_fixed(values: FloatArray, scale: float, rounding: Rounding, result: W
 
 
 @compiled
-def decode_fixed(words: Words, unit: float, invalid: int, result: FloatArray) -> None:
+def decode_fixed(words: Int64s, unit: float, invalid: int, result: Floats) -> None:
     """Return the numbers of words."""
     for i in range(result.size):
         result[i] = np.nan if words[i] == invalid else words[i] * unit

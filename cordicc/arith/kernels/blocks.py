@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.arith.numbers.formats import FloatArray
-
-Int64 = NDArray[np.int64]
+from cordicc.base.arrays import Floats, Int64s
 
 WIDE_BITS = 52
 """Bits of a mantissa that must lose nothing; below the 53 of a float64, so that it can be one."""
@@ -23,11 +20,11 @@ _LARGEST_SHIFT = 62
 class Scaled(NamedTuple):
     """Numbers mantissa * 2^exponent."""
 
-    mantissa: Int64
-    exponent: Int64
+    mantissa: Int64s
+    exponent: Int64s
 
 
-def unpack(values: FloatArray, bits: int) -> Scaled:
+def unpack(values: Floats, bits: int) -> Scaled:
     """Return finite float64 values of at most `bits` significant bits as mantissas of exactly `bits` bits."""
     fraction, exponent = np.frexp(values)
     mantissa = (fraction * 2.0**bits).astype(np.int64)  # exact; ldexp by one number is many times slower
@@ -37,7 +34,7 @@ def unpack(values: FloatArray, bits: int) -> Scaled:
     return Scaled(mantissa, exponents)
 
 
-def shifted(mantissa: Int64, right: Int64) -> Int64:
+def shifted(mantissa: Int64s, right: Int64s) -> Int64s:
     """Return mantissa / 2^right rounded half up; `right` may be negative, the result must fit."""
     left = np.clip(-right, 0, _LARGEST_SHIFT)
     result = mantissa << left
@@ -58,7 +55,7 @@ def normalise(number: Scaled, bits: int) -> Scaled:
     return Scaled(mantissa, exponent)
 
 
-def joined(numbers: tuple[Scaled, ...], operand_bits: int, bits: int) -> tuple[list[Int64], Int64]:
+def joined(numbers: tuple[Scaled, ...], operand_bits: int, bits: int) -> tuple[list[Int64s], Int64s]:
     """Bring numbers of `operand_bits` bits to one exponent, the largest mantissa having `bits` bits.
 
     Returns:
@@ -84,9 +81,9 @@ def widened(number: Scaled, bits: int) -> Scaled:
     return Scaled(number.mantissa << bits, number.exponent - bits)
 
 
-def to_float(number: Scaled) -> FloatArray:
+def to_float(number: Scaled) -> Floats:
     """Return mantissas below 2^53 as float64; what is beyond its range becomes infinite or 0."""
     exponent = np.clip(number.exponent, -3000, 3000).astype(np.int32)
     with np.errstate(over="ignore", under="ignore"):
-        result: FloatArray = np.ldexp(number.mantissa.astype(np.float64), exponent)
+        result: Floats = np.ldexp(number.mantissa.astype(np.float64), exponent)
     return result

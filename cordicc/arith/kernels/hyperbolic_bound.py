@@ -48,11 +48,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, Sequence, exact_angle
-
-Reals = NDArray[np.float64]
+from cordicc.base.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,27 +63,27 @@ class HyperbolicBound:
     smallest_start: float
     """Below this size of the larger component of a start the bound says nothing."""
 
-    def residual(self, A: Reals, B: Reals, C: Reals) -> Reals:
+    def residual(self, A: Floats, B: Floats, C: Floats) -> Floats:
         """Return the bound of |B cosh z + A sinh z - C|."""
         near = self._near(A, B)
         height = np.abs(C) + near
         width = np.sqrt(np.maximum(0, (A - B) * (A + B) + height**2))
         return np.asarray(near + width * math.sinh(self.angle) + height * (math.cosh(self.angle) - 1))
 
-    def _near(self, A: Reals, B: Reals) -> Reals:
+    def _near(self, A: Floats, B: Floats) -> Floats:
         """Return H."""
         two_branches = np.abs(B) > np.abs(A)
         narrowest = np.sqrt(np.where(two_branches, (B - A) * (B + A), np.inf))
         excess = np.minimum(self.vector_rounding, self.vector_rounding**2 / (2 * narrowest))
         return np.asarray(self.target_rounding + self.vector_rounding + excess)
 
-    def smallest_end_x(self, A: Reals, B: Reals, C: Reals) -> Reals:
+    def smallest_end_x(self, A: Floats, B: Floats, C: Floats) -> Floats:
         """Return the smallest x/gain: below 0, but not so far as to be the other solution."""
         height = np.abs(C) + self._near(A, B)
         flat = self.vector_rounding * (1 + math.cosh(self.angle))
         return np.asarray(-flat - height * math.sinh(self.angle))
 
-    def root(self, A: Reals, B: Reals, C: Reals) -> Reals:
+    def root(self, A: Floats, B: Floats, C: Floats) -> Floats:
         """Return the bound of ||x/gain| - sqrt(A^2 - B^2 + C^2)|."""
         residual = self.residual(A, B, C)
         change = residual * (2 * np.abs(C) + residual)

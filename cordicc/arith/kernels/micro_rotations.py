@@ -12,14 +12,11 @@ reach 2^44 (`COORDINATE_BITS`).
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels.shift_sequences import COORDINATE_BITS, FACTOR_BITS, StepTable
+from cordicc.base.arrays import Integers
 
-Integers = NDArray[Any]
 Work = tuple[Integers, Integers, Integers]
 
 

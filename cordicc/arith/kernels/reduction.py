@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from cordicc.arith.kernels.blocks import (
     WIDE_BITS,
     ZERO_EXPONENT,
-    Int64,
     Scaled,
     joined,
     normalise,
@@ -28,7 +27,7 @@ from cordicc.arith.kernels.shift_sequences import (
     pi_fixed,
     turn_fixed,
 )
-from cordicc.arith.numbers.formats import FloatArray
+from cordicc.base.arrays import Floats, Int64s
 
 LN2_BITS = 48
 SCALE_BITS = 4
@@ -41,8 +40,8 @@ PHASE_EXPONENTS = range(-192, 129)
 class Reduced(NamedTuple):
     """A reduced argument: a multiple of the period (or of ln 2), and the rest as a fixed-point angle."""
 
-    multiple: Int64
-    remainder: Int64
+    multiple: Int64s
+    remainder: Int64s
 
 
 def reduce_circular(angle: Scaled, angle_bits: int) -> Reduced:
@@ -62,7 +61,7 @@ def reduce_circular(angle: Scaled, angle_bits: int) -> Reduced:
     return Reduced((quadrant & np.uint64(3)).astype(np.int64), remainder)
 
 
-def phase_in_turns(angle: Scaled) -> FloatArray:
+def phase_in_turns(angle: Scaled) -> Floats:
     """Return an angle in radians modulo one turn, in [-1/2, 1/2] turns, to 2^-54."""
     return np.ldexp(_phase(angle).view(np.int64).astype(np.float64), -TURN_BITS)
 
@@ -77,7 +76,7 @@ def _phase(angle: Scaled) -> NDArray[np.uint64]:
     return phase
 
 
-def reduce_hyperbolic(z: FloatArray, operand_bits: int, angle_bits: int) -> Reduced:
+def reduce_hyperbolic(z: Floats, operand_bits: int, angle_bits: int) -> Reduced:
     """Return q and r with z = q ln 2 + r, |r| <= 0.35; |z| saturates at 512, far beyond any result."""
     bounded = np.clip(z, -512.0, 512.0)
     number = unpack(bounded, operand_bits)
@@ -92,7 +91,7 @@ def sum_and_difference(x: Scaled, y: Scaled, operand_bits: int, bits: int) -> tu
     return normalise(Scaled(a + b, exponent), bits), normalise(Scaled(a - b, exponent.copy()), bits)
 
 
-def angle_sum(z: Scaled, angle: Int64, operand_bits: int, angle_bits: int) -> FloatArray:
+def angle_sum(z: Scaled, angle: Int64s, operand_bits: int, angle_bits: int) -> Floats:
     """Return z + angle in radians: all bits of the angle while |z| < 2^(50 - angle_bits), fewer beyond."""
     exponent = np.maximum(z.exponent - (WIDE_BITS - 2 - operand_bits), -angle_bits)
     total = shifted(z.mantissa, exponent - z.exponent)
@@ -100,19 +99,19 @@ def angle_sum(z: Scaled, angle: Int64, operand_bits: int, angle_bits: int) -> Fl
     return to_float(Scaled(total, exponent))
 
 
-def ln2_multiple(count: Int64, angle_bits: int) -> Int64:
+def ln2_multiple(count: Int64s, angle_bits: int) -> Int64s:
     """Return count * ln 2 as a fixed-point angle, for |count| <= 2^14."""
     return shifted_by(count * ln2_fixed(LN2_BITS), LN2_BITS - angle_bits)
 
 
-def shifted_by(value: Int64, count: int) -> Int64:
+def shifted_by(value: Int64s, count: int) -> Int64s:
     """Return value / 2^count rounded half up, in place."""
     value += 1 << (count - 1)
     value >>= count
     return value
 
 
-def compensated(coordinate: Int64, exponent: Int64, table: StepTable) -> Scaled:
+def compensated(coordinate: Int64s, exponent: Int64s, table: StepTable) -> Scaled:
     """Divide by the gain: a product with its constant reciprocal, which keeps four more bits.
 
     The reciprocal has one fraction bit more than a coordinate has bits, so the quotient errs by an

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.numbers.formats import BinaryPoint, FloatArray, Word
+from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.base.arrays import Bools, Floats, Words
 
 WIDTHS = range(4, 33)
 """Word widths in bits that a format may have."""
@@ -26,12 +27,12 @@ SHIFT_LIMIT = 62
 """Integers of an int64 array stay below 2^`SHIFT_LIMIT`; wider ones are Python's, in object arrays."""
 
 
-class Exact(NamedTuple):
+class ScaledIntegers(NamedTuple):
     """Integers m that stand for m 2^-fraction, and where they are valid."""
 
     mantissa: NDArray[Any]
     fraction: int
-    valid: NDArray[np.bool_]
+    valid: Bools
 
 
 def _half_up(value: NDArray[Any], shift: int) -> NDArray[Any]:
@@ -80,7 +81,7 @@ class FixedPoint:
         """The distance of neighbouring values."""
         return math.ldexp(1.0, -self.fraction_bits)
 
-    def encode(self, values: FloatArray) -> Word:
+    def encode(self, values: Floats) -> Words:
         """Round values of at most 53 bits once; beyond the range they become invalid."""
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
             scaled = np.ldexp(np.asarray(values, dtype=np.float64), self.fraction_bits)
@@ -93,11 +94,11 @@ class FixedPoint:
             inside = np.abs(down) <= self.largest_word
         return np.where(inside, down, self.invalid_word).astype(np.int64)
 
-    def encode_angle(self, values: FloatArray) -> Word:
+    def encode_angle(self, values: Floats) -> Words:
         """Round angles in radians, but from at most pi (and a quarter ulp) to at most pi."""
         return self._within_pi(self.encode(values), values)
 
-    def _within_pi(self, words: Word, values: FloatArray) -> Word:
+    def _within_pi(self, words: Words, values: Floats) -> Words:
         if self.width_bits - self.fraction_bits < 3:
             return words  # pi is out of range
         largest = math.floor(math.ldexp(math.pi, self.fraction_bits))
@@ -105,16 +106,16 @@ class FixedPoint:
         over &= np.asarray(words) != self.invalid_word  # whatever an invalid operand's bits say
         return np.where(over, np.sign(words) * largest, words)
 
-    def decode(self, words: Word) -> FloatArray:
+    def decode(self, words: Words) -> Floats:
         """Return the exact values of words, NaN for the invalid word."""
         numbers = np.ldexp(np.asarray(words).astype(np.float64), -self.fraction_bits)
         return np.where(np.asarray(words) == self.invalid_word, np.nan, numbers)
 
-    def exact(self, words: Word) -> Exact:
+    def exact(self, words: Words) -> ScaledIntegers:
         """Return words as integers with their validity."""
-        return Exact(words, self.fraction_bits, np.asarray(words) != self.invalid_word)
+        return ScaledIntegers(words, self.fraction_bits, np.asarray(words) != self.invalid_word)
 
-    def rounded(self, number: Exact) -> Word:
+    def rounded(self, number: ScaledIntegers) -> Words:
         """Round integers of any scale once; beyond the range they become invalid."""
         mantissa, down = number.mantissa, number.fraction - self.fraction_bits
         if down > 0:
@@ -129,7 +130,7 @@ class FixedPoint:
         inside = number.valid & np.asarray(np.abs(mantissa) <= self.largest_word, dtype=bool)
         return np.where(inside, mantissa, self.invalid_word).astype(np.int64)
 
-    def rounded_angle(self, number: Exact) -> Word:
+    def rounded_angle(self, number: ScaledIntegers) -> Words:
         """Round angles in radians as `rounded` does, but from at most pi to at most pi."""
         values = np.ldexp(number.mantissa.astype(np.float64), -number.fraction)
         return self._within_pi(self.rounded(number), values)

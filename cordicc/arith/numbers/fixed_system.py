@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cordicc.arith.kernels.micro_rotations import Integers, shift_round
+from cordicc.arith.kernels.micro_rotations import shift_round
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.decimals import parse_decimal
 from cordicc.arith.numbers.fixed_point import (
@@ -21,12 +21,13 @@ from cordicc.arith.numbers.fixed_point import (
     ROUNDINGS,
     SHIFT_LIMIT,
     WIDTHS,
-    Exact,
     FixedPoint,
+    ScaledIntegers,
     fraction_bits_for,
 )
-from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, Signal, Word
+from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.base.arrays import Integers, Words
 
 _MOST_DIGITS = 17
 WRAP_GUARD_BITS = SHIFT_LIMIT - 2 - WIDTHS.stop
@@ -106,7 +107,7 @@ class FixedSystem:
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation exactly (wrapping to 2^-6 ulp), then round to the result's format."""
         assert isinstance(result, FixedPoint)
         numbers = [_exact(operand) for operand in operands]
@@ -114,7 +115,7 @@ class FixedSystem:
             return result.rounded_angle(_wrapped(numbers[0], operands[0].format.width_bits))
         return result.rounded(self._exact(op, params, numbers))
 
-    def _exact(self, op: str, params: Mapping[str, Any], numbers: list[Exact]) -> Exact:
+    def _exact(self, op: str, params: Mapping[str, Any], numbers: list[ScaledIntegers]) -> ScaledIntegers:
         first = numbers[0]
         if op == "mul":
             return _product(first, numbers[1])
@@ -123,14 +124,14 @@ class FixedSystem:
         if op == "shift":
             return first._replace(fraction=first.fraction - int(params["exponent"]))
         if op == "sign":
-            return Exact(np.sign(first.mantissa), 0, first.valid)
+            return ScaledIntegers(np.sign(first.mantissa), 0, first.valid)
         if op not in EXACT:
             raise ValueError(f"unknown operation {op!r}")
         mantissas, fraction = _aligned(numbers)
         valid = np.logical_and.reduce(np.broadcast_arrays(*(number.valid for number in numbers)))
         if op == "guard":
             valid = valid & kept(params["condition"], mantissas[1])
-        return Exact(EXACT[op](*mantissas), fraction, valid)
+        return ScaledIntegers(EXACT[op](*mantissas), fraction, valid)
 
     def spec(self) -> dict[str, Any]:
         """Return the plain-data form."""
@@ -142,17 +143,17 @@ class FixedSystem:
         }
 
 
-def _exact(signal: Signal) -> Exact:
+def _exact(signal: Signal) -> ScaledIntegers:
     assert isinstance(signal.format, FixedPoint)
     return signal.format.exact(signal.words)
 
 
-def _product(a: Exact, b: Exact) -> Exact:
+def _product(a: ScaledIntegers, b: ScaledIntegers) -> ScaledIntegers:
     """Return a b; words have at most 32 bits, so the product fits int64."""
-    return Exact(a.mantissa * b.mantissa, a.fraction + b.fraction, a.valid & b.valid)
+    return ScaledIntegers(a.mantissa * b.mantissa, a.fraction + b.fraction, a.valid & b.valid)
 
 
-def _aligned(numbers: list[Exact]) -> tuple[list[Integers], int]:
+def _aligned(numbers: list[ScaledIntegers]) -> tuple[list[Integers], int]:
     """Return the integers at the finest scale among them, as Python's where int64 might not hold a sum."""
     fraction = max(number.fraction for number in numbers)
     spread = fraction - min(number.fraction for number in numbers)
@@ -171,7 +172,7 @@ def wraps_in_int64(width_bits: int, fraction_bits: int) -> bool:
     return 2 * fraction_bits >= width_bits + 4
 
 
-def _wrapped(angle: Exact, width_bits: int) -> Exact:
+def _wrapped(angle: ScaledIntegers, width_bits: int) -> ScaledIntegers:
     """Return an angle in radians modulo 2 pi: angle - q 2 pi, with guard bits, within 2^-6 ulp of a word.
 
     q is the nearest number of turns but for the roundings of the quotient; beside a half turn either
@@ -187,4 +188,6 @@ def _wrapped(angle: Exact, width_bits: int) -> Exact:
         fraction = max(0, fraction)
     quotient_bits = WIDTHS.stop - 1 if mantissa.dtype != object else guard
     turns = shift_round(mantissa * turn_fixed(0, quotient_bits), fraction + quotient_bits)
-    return Exact((mantissa << guard) - turns * pi_fixed(fraction + guard + 1), fraction + guard, angle.valid)
+    return ScaledIntegers(
+        (mantissa << guard) - turns * pi_fixed(fraction + guard + 1), fraction + guard, angle.valid
+    )

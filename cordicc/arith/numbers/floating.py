@@ -9,13 +9,13 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels.blocks import unpack
 from cordicc.arith.kernels.reduction import phase_in_turns
 from cordicc.arith.numbers.decimals import parse_decimal
-from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, FloatArray, NumberFormat, Signal, Word
+from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.base.arrays import Bools, Floats, Words
 
 _SIGNIFICAND_BITS = 24
 _OVERFLOW_FROM = Fraction(2**25 - 1) * 2**103
@@ -44,10 +44,10 @@ class SingleSystem:
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation; sums and products of two 24-bit numbers in 53 bits are as if rounded once."""
         values = [operand.values for operand in operands]
-        invalid: NDArray[np.bool_] = np.isnan(values[0])
+        invalid: Bools = np.isnan(values[0])
         for value in values[1:]:
             invalid = invalid | np.isnan(value)
         if op == "wrap":
@@ -58,7 +58,7 @@ class SingleSystem:
             exact = self._exact(op, params, values)
         return result.encode(np.where(invalid, np.nan, exact))
 
-    def _exact(self, op: str, params: Mapping[str, Any], values: list[FloatArray]) -> FloatArray:
+    def _exact(self, op: str, params: Mapping[str, Any], values: list[Floats]) -> Floats:
         if op == "mul":
             return np.asarray(values[0] * values[1])
         if op == "cmul":
@@ -76,7 +76,7 @@ class SingleSystem:
         return {"kind": "ieee-single"}
 
 
-def wrapped(angle: FloatArray) -> FloatArray:
+def wrapped(angle: Floats) -> Floats:
     """Return an angle in radians modulo 2 pi, in [-pi, pi] as float64.
 
     Exact but for 2^-59 rad up to 2^24 rad (2 pi in two parts, the product with the first exact), and

@@ -15,10 +15,8 @@ from fractions import Fraction
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Word = NDArray[Any]
-FloatArray = NDArray[np.float64]
+from cordicc.base.arrays import Floats, Words
 
 PI_SLACK = 2.0**-24
 """Radians beyond pi that a unit's own error may reach, and that `encode_angle` still takes for pi."""
@@ -38,24 +36,24 @@ class NumberFormat(Protocol):
     def width_bits(self) -> int:
         """Bits of a word."""
 
-    def encode(self, values: FloatArray) -> Word:
+    def encode(self, values: Floats) -> Words:
         """Round values to words; NaN and whatever the format cannot hold become the invalid word."""
 
-    def encode_angle(self, values: FloatArray) -> Word:
+    def encode_angle(self, values: Floats) -> Words:
         """Round angles in radians; one within [-pi, pi] never becomes a word beyond +-pi."""
 
-    def decode(self, words: Word) -> FloatArray:
+    def decode(self, words: Words) -> Floats:
         """Return the exact values of words, NaN for the invalid word."""
 
 
 class Signal(NamedTuple):
     """Words and the format in which they are to be read."""
 
-    words: Word
+    words: Words
     format: NumberFormat
 
     @property
-    def values(self) -> FloatArray:
+    def values(self) -> Floats:
         """The exact values, NaN where a word is invalid."""
         return self.format.decode(self.words)
 
@@ -84,7 +82,7 @@ class NumberSystem(Protocol):
 
     def calculate(
         self, op: str, params: Mapping[str, Any], operands: Sequence[Signal], result: NumberFormat
-    ) -> Word:
+    ) -> Words:
         """Execute an operation of adders, multipliers and sign logic, rounding its exact result once.
 
         A factor among the parameters is the text of a constant.  An invalid operand makes the result
@@ -101,13 +99,13 @@ class IeeeSingle:
 
     width_bits: int = 32
 
-    def encode(self, values: FloatArray) -> Word:
+    def encode(self, values: Floats) -> Words:
         """Round to nearest even, with gradual underflow; overflow becomes NaN."""
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
             words = np.asarray(values, dtype=np.float64).astype(np.float32)
         return _without_infinities(words)
 
-    def encode_angle(self, values: FloatArray) -> Word:
+    def encode_angle(self, values: Floats) -> Words:
         """Round to nearest even, but from at most pi to at most `SINGLE_PI`."""
         words = np.asarray(self.encode(values))
         over = np.abs(words) > SINGLE_PI
@@ -116,7 +114,7 @@ class IeeeSingle:
             words[over] = np.copysign(SINGLE_PI, words[over])
         return words
 
-    def decode(self, words: Word) -> FloatArray:
+    def decode(self, words: Words) -> Floats:
         """Return the words as float64, exactly."""
         return np.asarray(words, dtype=np.float32).astype(np.float64)
 
@@ -127,7 +125,7 @@ SINGLE_PI = np.uint32(0x40490FDA).view(np.float32)
 SINGLE = IeeeSingle()
 
 
-def _without_infinities(words: Word) -> Word:
+def _without_infinities(words: Words) -> Words:
     words = np.asarray(words)
     infinite = np.isinf(words)
     if infinite.any():

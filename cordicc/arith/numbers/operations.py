@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from cordicc.base.arrays import Bools
 
 
-def _chosen(s: Array, a: Array, b: Array) -> Array:
+def _chosen(s: NDArray[Any], a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     return np.where(s >= 0, a, b)
 
 
-EXACT: dict[str, Callable[..., Array]] = {
+EXACT: dict[str, Callable[..., NDArray[Any]]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
     "neg": lambda a: -a,
@@ -28,7 +28,7 @@ EXACT: dict[str, Callable[..., Array]] = {
 }
 """Operations by name; what `guard` keeps is told by `kept`."""
 
-_CONDITIONS: dict[object, Callable[[Array], NDArray[np.bool_]]] = {
+_CONDITIONS: dict[object, Callable[[NDArray[Any]], Bools]] = {
     "any": lambda s: np.ones(s.shape, dtype=bool),
     "nonzero": lambda s: s != 0,
     "nonnegative": lambda s: s >= 0,
@@ -36,7 +36,7 @@ _CONDITIONS: dict[object, Callable[[Array], NDArray[np.bool_]]] = {
 }
 
 
-def kept(condition: object, s: Array) -> NDArray[np.bool_]:
+def kept(condition: object, s: NDArray[Any]) -> Bools:
     """Return where a guard's condition holds.  Raises ValueError for an unknown one."""
     if condition not in _CONDITIONS:
         raise ValueError(f"unknown guard condition {condition!r}")

@@ -14,9 +14,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.numbers.formats import FloatArray, NumberFormat, NumberSystem, Signal
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.floating import SingleSystem
+from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
-from cordicc.arith.unit.systems import system_from_spec
+from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
 """Implicit rules: standard micro-rotations with the target scaled by their gain, or root-free ones."""
@@ -24,6 +26,9 @@ RULES = ("single-rotation", "root-free")
 _MOST_MANTISSA_BITS = 40 + INTEGER_BITS
 _MOST_ANGLE_BITS = 44
 _FEWEST_ITERATIONS = 4
+
+_SYSTEM_KEYS = {"ieee-single": (set(), set()), "fixed-point": ({"width"}, {"guard", "rounding"})}
+"""Of a number system by its kind: keys that must be there and that may be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +57,7 @@ class Arithmetic:
         kind: str,
         operands: Sequence[Signal],
         formats: Sequence[NumberFormat | None],
+        angle: int | None = None,
     ) -> tuple[Signal | None, ...]:
         """Execute an operation on words.
 
@@ -61,6 +67,7 @@ class Arithmetic:
             kind: the kind of the executing unit, which picks the CAU.
             operands: arrays of words, shape (n,) or broadcastable to it.
             formats: of each result, None for one that nobody takes.
+            angle: the number of the result that is an angle in radians, which no word takes beyond pi.
 
         Returns:
             Each result, None where nobody takes it.  Any invalid operand makes every result invalid.
@@ -73,7 +80,6 @@ class Arithmetic:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
             results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
-            angle = ANGLE_RESULT.get(op) if params.get("m") == 1 else None
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
                 for at, (v, f) in enumerate(zip(results, formats, strict=True))
@@ -84,15 +90,12 @@ class Arithmetic:
         return (Signal(self.system.calculate(op, params, operands, result), result),)
 
 
-_UNIT_OPERATIONS: dict[str, Callable[..., tuple[FloatArray, ...]]] = {
+_UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
     "vector": lambda cau, params, *values: cau.vector(_system(params), _unit_sign(params), *values),
     "lightcone": lambda cau, params, *values: cau.lightcone(*values),
     "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
 }
-
-ANGLE_RESULT = {"vector": 1, "implicit": 0}
-"""Which result of a circular operation is an angle."""
 
 
 def _system(params: Mapping[str, Any]) -> int:
@@ -128,6 +131,25 @@ def _cau(kind: str, spec: Any, operand_bits: int) -> Cau:
     if rule is not None and rule not in RULES:
         raise ValueError(f"{where}.rule must be one of {', '.join(RULES)}")
     return Cau(mantissa - INTEGER_BITS, iterations, rule, operand_bits, angle)
+
+
+def system_from_spec(spec: Mapping[str, Any]) -> NumberSystem:
+    """Build a number system from its plain-data form.  Raises ValueError."""
+    kind = spec.get("kind") if isinstance(spec, Mapping) else None
+    if not isinstance(kind, str) or kind not in _SYSTEM_KEYS:
+        raise ValueError(f"the number format needs a 'kind' (known: {', '.join(_SYSTEM_KEYS)})")
+    required, optional = _SYSTEM_KEYS[kind]
+    keys = set(spec) - {"kind"}
+    if missing := sorted(required - keys):
+        raise ValueError(f"the number format {kind} lacks {', '.join(missing)}")
+    if unknown := sorted(str(key) for key in keys - required - optional):
+        raise ValueError(f"the number format {kind} has unknown keys: {', '.join(unknown)}")
+    if kind == "ieee-single":
+        return SingleSystem()
+    width, guard = spec["width"], spec.get("guard", 0)
+    if type(width) is not int or type(guard) is not int:
+        raise ValueError("the widths of a number format are integers")
+    return FixedSystem(width, guard, spec.get("rounding", "half-up"))
 
 
 def _integer(spec: Mapping[str, Any], where: str, key: str, allowed: range) -> int:

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels import micro_rotations, shift_sequences
 from cordicc.arith.kernels.blocks import (
     WIDE_BITS,
     ZERO_EXPONENT,
-    Int64,
     Scaled,
     added,
     joined,
@@ -38,8 +36,8 @@ from cordicc.arith.kernels.reduction import (
     sum_and_difference,
 )
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
-from cordicc.arith.numbers.formats import FloatArray
 from cordicc.arith.unit import implicit as implicit_unit
+from cordicc.base.arrays import Bools, Floats, Int64s
 
 EXPONENT_BITS = 10
 """Of the exponent inside a unit, two's complement; larger results are infinite, smaller ones 0."""
@@ -60,7 +58,7 @@ class Cau:
     operand_bits: int = 24
     angle_bits: int = 32
 
-    def rotate(self, m: int, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def rotate(self, m: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Turn (x, y) by z: (x cos z - y sin z, y cos z + x sin z), m = 0: (x, y + x z), m = -1: cosh, sinh.
 
         The argument is reduced exactly for every finite z in radians.
@@ -70,9 +68,7 @@ class Cau:
         first, second = turn(a, b, c)
         return _delivered(first, valid), _delivered(second, valid)
 
-    def vector(
-        self, m: int, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def vector(self, m: int, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Return the norm sqrt(x^2 + m y^2) and z + sign * angle of (x, y); m = 0: x and z + sign * y/x.
 
         Circular: the angle is in (-pi, pi] and invalid at (0, 0), the norm 0 there.  Hyperbolic: the
@@ -83,7 +79,7 @@ class Cau:
         norm, angle = measure(sign, a, b, c)
         return _delivered(norm, valid), _delivered(angle, valid)
 
-    def lightcone(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def lightcone(self, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return sqrt(u v), for u v >= 0, and ln(u/v)/2, for u v > 0: hyperbolic vectoring by x+y and x-y."""
         valid, (a, b) = _operands(u, v)
         root, angle = self._measure_lightcone(self._unpack(a), self._unpack(b))
@@ -91,9 +87,7 @@ class Cau:
         defined = np.sign(a) * np.sign(b) > 0
         return _delivered(root, valid), _delivered(np.where(defined, radians, np.nan), valid)
 
-    def implicit(
-        self, m: int, branch: str, A: FloatArray, B: FloatArray, C: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def implicit(self, m: int, branch: str, A: Floats, B: Floats, C: Floats) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C (m = -1: cosh, sinh): t, and sqrt(A^2 + m B^2 - m C^2) >= 0.
 
         Both are invalid without a solution.  Circular: t is atan2(A, B) +- acos(C/hypot(A, B)), not
@@ -107,10 +101,10 @@ class Cau:
         angle, rest = solve(branch, operands, implicit_table(self, m))
         return _delivered(angle, valid), _delivered(rest, valid)
 
-    def _unpack(self, values: FloatArray) -> Scaled:
+    def _unpack(self, values: Floats) -> Scaled:
         return unpack(values, self.operand_bits)
 
-    def _rotate_circular(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rotate_circular(self, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         quadrant, remainder = reduce_circular(self._unpack(z), self.angle_bits)
         (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
         odd = (quadrant & 1).astype(bool)
@@ -122,7 +116,7 @@ class Cau:
         a, b, _ = micro_rotations.rotate(a, b, remainder, table)
         return to_float(compensated(a, exponent, table)), to_float(compensated(b, exponent, table))
 
-    def _rotate_linear(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rotate_linear(self, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         bits = self.fraction_bits + 1
         factor, multiplicand, addend = self._unpack(z), self._unpack(x), self._unpack(y)
         wide = multiplicand.mantissa << (bits - self.operand_bits)
@@ -142,9 +136,7 @@ class Cau:
         room = WIDE_BITS - 2
         return added(padded(result, room - bits), padded(addend, room - self.operand_bits))
 
-    def _rotate_hyperbolic(
-        self, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _rotate_hyperbolic(self, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Rotate on the light cone: u = x+y and v = x-y are scaled to one size, so that both stay exact.
 
         z = q ln 2 + r; CORDIC turns by r, powers of two do the rest.
@@ -162,9 +154,7 @@ class Cau:
         second = added(grown, Scaled(-shrunk.mantissa, shrunk.exponent))
         return 0.5 * to_float(first), 0.5 * to_float(second)
 
-    def _vector_circular(
-        self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _vector_circular(self, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
         half_turn = pi_fixed(self.angle_bits)
         start = np.where(x < 0, np.where(y < 0, -half_turn, half_turn), 0)
@@ -179,9 +169,7 @@ class Cau:
         total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
         return norm, np.where(undefined, np.nan, total)
 
-    def _vector_linear(
-        self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _vector_linear(self, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         bits = self.fraction_bits + 1
         divisor, dividend = self._unpack(np.abs(x)), self._unpack(y)
         _, _, quotient = micro_rotations.vector(
@@ -195,16 +183,14 @@ class Cau:
         total = self._sum(Scaled(quotient, exponent), self.angle_bits + 2, self._unpack(z))
         return x, np.where(x == 0, np.nan, to_float(total))
 
-    def _vector_hyperbolic(
-        self, sign: int, x: FloatArray, y: FloatArray, z: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _vector_hyperbolic(self, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         u, v = sum_and_difference(self._unpack(x), self._unpack(y), self.operand_bits, self.fraction_bits)
         norm, angle = self._measure_lightcone(u, v)
         defined = np.abs(y) < np.abs(x)
         total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
         return norm, np.where(defined, total, np.nan)
 
-    def _measure_lightcone(self, u: Scaled, v: Scaled) -> tuple[FloatArray, Int64]:
+    def _measure_lightcone(self, u: Scaled, v: Scaled) -> tuple[Floats, Int64s]:
         """Return sqrt(u v), NaN where u v < 0, and ln(u/v)/2 as an angle, arbitrary where u v <= 0.
 
         u and v are brought to one size by powers of two with an even sum, which a half of the sum and a
@@ -227,7 +213,7 @@ class Cau:
         return root, angle + ln2_multiple(doublings, self.angle_bits)
 
 
-def _operands(*operands: FloatArray) -> tuple[NDArray[np.bool_], list[FloatArray]]:
+def _operands(*operands: Floats) -> tuple[Bools, list[Floats]]:
     """Broadcast operands; return which samples are valid, and values with NaN replaced by 1."""
     values = [np.atleast_1d(np.asarray(operand, dtype=np.float64)) for operand in operands]
     shape = np.broadcast_shapes(*(v.shape for v in values))
@@ -239,7 +225,7 @@ def _operands(*operands: FloatArray) -> tuple[NDArray[np.bool_], list[FloatArray
     return valid, [np.where(valid, value, 1.0) for value in values]
 
 
-def _delivered(values: FloatArray, valid: NDArray[np.bool_]) -> FloatArray:
+def _delivered(values: Floats, valid: Bools) -> Floats:
     """Return results within the exponents that a unit has, NaN where an operand is invalid."""
     size = np.abs(values)
     if ((size < _LARGEST) & (size >= 1 / _LARGEST) & valid).all():

@@ -10,22 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cordicc.arith.kernels.blocks import (
-    ZERO_EXPONENT,
-    Int64,
-    Scaled,
-    joined,
-    normalise,
-    shifted,
-    to_float,
-    unpack,
-)
-from cordicc.arith.kernels.micro_rotations import Integers, quarter_turn
+from cordicc.arith.kernels.blocks import ZERO_EXPONENT, Scaled, joined, normalise, shifted, to_float, unpack
+from cordicc.arith.kernels.micro_rotations import quarter_turn
 from cordicc.arith.kernels.reduction import compensated, ln2_multiple, sum_and_difference
 from cordicc.arith.kernels.shift_sequences import StepTable, pi_fixed
-from cordicc.arith.numbers.formats import FloatArray
+from cordicc.base.arrays import Bools, Floats, Int64s, Integers
 
 Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
 
@@ -48,12 +38,12 @@ class ImplicitTable:
     angle_bits: int
     tolerance: int
 
-    def unpack(self, values: FloatArray) -> Scaled:
+    def unpack(self, values: Floats) -> Scaled:
         """Return operands as mantissas."""
         return unpack(values, self.operand_bits)
 
 
-def circular(branch: str, operands: list[FloatArray], table: ImplicitTable) -> tuple[FloatArray, FloatArray]:
+def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple[Floats, Floats]:
     """Return t = atan2(A, B) +- acos(C/R) in (-2 pi, 2 pi], not wrapped, and sqrt(R^2 - C^2).
 
     Branch "-" has x >= 0 at the end.  With psi the angle of (A, B), t is the target angle less psi, up to
@@ -91,9 +81,7 @@ def circular(branch: str, operands: list[FloatArray], table: ImplicitTable) -> t
     return _results(solved, z, Scaled(x, exponent), table)
 
 
-def hyperbolic(
-    branch: str, operands: list[FloatArray], table: ImplicitTable
-) -> tuple[FloatArray, FloatArray]:
+def hyperbolic(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple[Floats, Floats]:
     """Return t with B cosh t + A sinh t = C, and sqrt(A^2 - B^2 + C^2).
 
     With E = e^t, p = (B+A)/2, q = (B-A)/2 the equation is p E + q/E = C.  Made C >= 0 by negation, and
@@ -126,38 +114,38 @@ def hyperbolic(
     return _results(possible, z, Scaled(x, exponent - 1), table)
 
 
-def _results(
-    solved: NDArray[np.bool_], angle: Int64, rest: Scaled, table: ImplicitTable
-) -> tuple[FloatArray, FloatArray]:
+def _results(solved: Bools, angle: Int64s, rest: Scaled, table: ImplicitTable) -> tuple[Floats, Floats]:
     mantissa = np.maximum(rest.mantissa, 0)
     root = to_float(compensated(mantissa, rest.exponent, table.steps))
     radians = np.ldexp(angle.astype(np.float64), -table.angle_bits)
     return np.where(solved, radians, np.nan), np.where(solved, root, np.nan)
 
 
-def _swapped(p: Scaled, q: Scaled, where: NDArray[np.bool_]) -> tuple[Scaled, Scaled]:
+def _swapped(p: Scaled, q: Scaled, where: Bools) -> tuple[Scaled, Scaled]:
     first = Scaled(np.where(where, q.mantissa, p.mantissa), np.where(where, q.exponent, p.exponent))
     second = Scaled(np.where(where, p.mantissa, q.mantissa), np.where(where, p.exponent, q.exponent))
     return first, second
 
 
-def _estimate(twice_p: Scaled, twice_q: Scaled, c: Scaled) -> Int64:
+def _estimate(twice_p: Scaled, twice_q: Scaled, c: Scaled) -> Int64s:
     """Return log2 of N/(2p) to the nearest integer, within 0.8 more."""
     log_p, log_q, log_c = _log2(twice_p), _log2(twice_q), _log2(c)
     log_n = np.maximum(log_c, (log_p + log_q) >> 1)
     middle = 5 << (LOG_BITS - 3)  # 0.625: N is M times 1 to 2.42
     log_e = log_n - log_p + (middle + (1 << (LOG_BITS - 1)))
-    doublings: Int64 = np.clip(log_e >> LOG_BITS, -1024, 1024)
+    doublings: Int64s = np.clip(log_e >> LOG_BITS, -1024, 1024)
     return doublings
 
 
-def _log2(number: Scaled) -> Int64:
+def _log2(number: Scaled) -> Int64s:
     """Return log2 |number| with `LOG_BITS`, from the leading bits (J. N. Mitchell, 1962): up to 0.09 low."""
     top = normalise(Scaled(np.abs(number.mantissa), number.exponent), LOG_BITS + 1)
     return ((top.exponent + LOG_BITS) << LOG_BITS) + top.mantissa - (1 << LOG_BITS)
 
 
-def _vector_of(p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64, Int64, Int64, Int64]:
+def _vector_of(
+    p: Scaled, q: Scaled, c: Scaled, table: ImplicitTable
+) -> tuple[Int64s, Int64s, Int64s, Int64s]:
     """Return (p - q, p + q, c) as a block below 1 with the unit's fraction bits, and its exponent."""
     bits = table.fraction_bits
     sizes = [p.exponent + bits, q.exponent + bits, c.exponent + table.operand_bits]

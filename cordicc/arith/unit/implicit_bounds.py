@@ -25,7 +25,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cordicc.arith.kernels.circular_bound import implicit_residual_bound
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH, near_target
@@ -33,8 +32,7 @@ from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 from cordicc.arith.kernels.shift_sequences import Sequence, root_free, standard
 from cordicc.arith.unit.cau import Cau, implicit_table
 from cordicc.arith.unit.unit_bounds import PRODUCT_ROUNDING, LengthBound, composed, gain_error
-
-Reals = NDArray[np.float64]
+from cordicc.base.arrays import Floats
 
 _TOO_FEW = "{} fraction bits are too few for {} iterations"
 
@@ -56,7 +54,7 @@ class ImplicitUnitBound:
     across: LengthBound
     along: LengthBound
 
-    def rest(self, norm: Reals, target: Reals, rest: Reals, place: Reals) -> Reals:
+    def rest(self, norm: Floats, target: Floats, rest: Floats, place: Floats) -> Floats:
         """Return the bound of the second result's error, from C and the exact second result."""
         near = self.across.error(norm, place)
         change = near * (2 * np.abs(target) + near)

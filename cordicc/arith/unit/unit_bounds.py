@@ -220,14 +220,16 @@ def _quotient(unit: Cau) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class _Turned:
+class _VectoringEnd:
     """The angle left at the end of vectoring, and the roundings' sum along the final vector, in places."""
 
     left: float
     along: float
 
 
-def _turned_errors(sequence: Sequence, start: float, low: float, high: float, zero_bits: int = 0) -> _Turned:
+def _turned_errors(
+    sequence: Sequence, start: float, low: float, high: float, zero_bits: int = 0
+) -> _VectoringEnd:
     """Follow vectoring from |angle| <= `start`, with norms from `low` to `high` places.
 
     x and y end in `zero_bits` zeros at the start, which matters for m = 0 only, where x stays.
@@ -244,7 +246,7 @@ def _turned_errors(sequence: Sequence, start: float, low: float, high: float, ze
         gain *= _stretch(m, shift)
         along += (error_x * cosine + error_y * sine) / gain
         across += (error_y * cosine + error_x * sine) / gain
-    return _Turned(left, along)
+    return _VectoringEnd(left, along)
 
 
 def _extremes(m: int, angle: float) -> tuple[float, float]:

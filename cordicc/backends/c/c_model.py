@@ -16,7 +16,7 @@ from cordicc.arith.kernels.shift_sequences import ln2_fixed
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.arith.unit.arithmetic import ANGLE_RESULT, Arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.backends.c import c_units as units
 from cordicc.backends.c.c_arithmetic import CArithmetic, COperand, conjunction
 from cordicc.backends.c.c_fixed import CannotEmit, CFixedPoint
@@ -190,10 +190,9 @@ class _ModelTexts:
         both = f"unit_{self.plan.operations.index(operation)}"
         arguments = ", ".join([*(self.words.unpack(term) for term in terms), *more])
         yield f"    const pair {both} = {valid} ? {function}({arguments}) : nothing;"
-        angle = ANGLE_RESULT.get(operation.op) if operation.params.get("m") == 1 else None
         for at, name in enumerate(operation.results):
             if name is not None and name in used:
                 result = self.terms[name]
                 part = f"{both}.{('first', 'second')[at]}"
-                word = self.words.pack(part, result.format, angle=at == angle)
+                word = self.words.pack(part, result.format, angle=at == operation.angle)
                 yield f"    const {self.words.ctype} {result.text} = {word};"

@@ -60,7 +60,7 @@ class Formulas:
     def _add(self, operation: Operation) -> None:
         operands = [self.operand(item) for item in operation.operands]
         names = [None if name is None else self.symbol(name) for name in operation.results]
-        write = _WRITERS.get(operation.op)
+        write = WRITERS.get(operation.op)
         if write is None or len(operands) != len(operation.ports):
             listed = mathml.call(operation.op, operands)
             self._results[operation.id] = tuple(_is(name, listed) for name in names if name)
@@ -240,7 +240,7 @@ def _guard(operation: Operation, operands: Sequence[Formula]) -> Sequence[Formul
     return a, mathml.words(", valid if "), s, mathml.words(f" {CONDITIONS.get(condition, condition)}")
 
 
-_WRITERS: dict[str, Writer] = {
+WRITERS: dict[str, Writer] = {
     **dict.fromkeys(_INLINE, _arithmetic),
     "rotate": _rotate,
     "vector": _vector,

@@ -17,7 +17,7 @@ TARGET = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)")
 
 
 @dataclass(slots=True)
-class Context:
+class EquationContext:
     """What the equations of a file have in common.
 
     `scope` has the constants; `vectors` the dimensions of vectors, 0 for frames; `all_branches` asks

@@ -44,7 +44,7 @@ def expand_table(joints: Sequence[Joint], convention: str, make: Expansion, at: 
     found: list[Expr] = []
     for column in range(4):
         start = [Number(Fraction(column == row), at) for row in range(3)]
-        vector = _Carried(make, start[2], [_Turned([], start[0], start[1])])
+        vector = _Carried(make, start[2], [_PlaneVector([], start[0], start[1])])
         for joint in reversed(joints):
             if convention == STANDARD:
                 vector.about_x(joint.alpha)
@@ -63,7 +63,7 @@ def expand_table(joints: Sequence[Joint], convention: str, make: Expansion, at: 
 
 
 @dataclass(slots=True)
-class _Turned:
+class _PlaneVector:
     """A plane vector (x, y), still to be turned by a sum of angles about z."""
 
     angles: list[tuple[Expr, int]]
@@ -81,7 +81,7 @@ class _Carried:
 
     make: Expansion
     z: Expr
-    plane: list[_Turned] = field(default_factory=list)
+    plane: list[_PlaneVector] = field(default_factory=list)
 
     def shift(self, a: Expr, d: Expr) -> None:
         """Move by a along x and by d along z."""
@@ -91,7 +91,7 @@ class _Carried:
         if is_number(a, 0):
             return
         if last.angles:
-            self.plane.append(_Turned([], a, Number(Fraction(0), a.at)))
+            self.plane.append(_PlaneVector([], a, Number(Fraction(0), a.at)))
         else:
             last.x = self.make.plus(last.x, a)
 
@@ -116,7 +116,7 @@ class _Carried:
             return
         x, y = self.flat()
         y, self.z = self.make.turn(y, self.z, self.make.angle(alpha))
-        self.plane = [_Turned([], x, y)]
+        self.plane = [_PlaneVector([], x, y)]
 
     def flat(self) -> tuple[Expr, Expr]:
         """Return x and y after all turns."""

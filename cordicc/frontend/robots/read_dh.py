@@ -8,7 +8,7 @@ from cordicc.base.diagnostics import Span
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import Expr, Number, parse_expression
 from cordicc.frontend.document.yamltree import NodeKind, YamlNode
-from cordicc.frontend.plain.context import Context, failed, one_line
+from cordicc.frontend.plain.context import EquationContext, failed, one_line
 from cordicc.frontend.plain.expansion import Expansion
 from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.plain.vectors import FRAME, Vectors
@@ -30,7 +30,7 @@ _FORM = "write 'dh: {frame: T, convention: standard, joints: [...]}'"
 _JOINT = "write a joint as '{theta: q1, d: d1, a: 0, alpha: pi/2}'; what is left out is 0"
 
 
-def parse_table(node: YamlNode, key: Span, context: Context) -> list[ParsedEquation]:
+def parse_table(node: YamlNode, key: Span, context: EquationContext) -> list[ParsedEquation]:
     """Return the entries of the frame that a table of joints defines; mistakes are reported."""
     report = context.report
     if node.kind is not NodeKind.MAPPING:
@@ -67,7 +67,7 @@ def parse_table(node: YamlNode, key: Span, context: Context) -> list[ParsedEquat
     return failed(name, frame_entries(name), frame.span, written)
 
 
-def _joints(rows: YamlNode, make: Expansion, context: Context) -> list[Joint] | None:
+def _joints(rows: YamlNode, make: Expansion, context: EquationContext) -> list[Joint] | None:
     """Return the joints; None after diagnostics."""
     report = context.report
     if rows.kind is NodeKind.SEQUENCE and not rows.items:
@@ -97,7 +97,9 @@ def _joints(rows: YamlNode, make: Expansion, context: Context) -> list[Joint] | 
     return joints if len(joints) == len(rows.items) else None
 
 
-def _field(node: YamlNode | None, name: str, row: YamlNode, make: Expansion, context: Context) -> Expr | None:
+def _field(
+    node: YamlNode | None, name: str, row: YamlNode, make: Expansion, context: EquationContext
+) -> Expr | None:
     """Return the expression of a field, 0 if it is not written; None after a diagnostic."""
     if node is None:
         return Number(Fraction(0), (row.start, row.start + 1))

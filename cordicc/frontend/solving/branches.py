@@ -31,8 +31,8 @@ from cordicc.frontend.solving.polynomial import Coefficients, Expander, Poly
 from cordicc.frontend.solving.zero import ZeroTest, adds_to_domain, cone
 from cordicc.frontend.trees import rebuilt
 from cordicc.ir.graph import Builder, Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval
 from cordicc.ir.meaning.exact import FoldError
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import value_ranges
 
 CONDITIONS = ("<", ">", "<=", ">=")

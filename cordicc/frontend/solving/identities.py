@@ -35,7 +35,7 @@ MAX_MULTIPLE = 64
 _NOISE = Fraction(1, 1 << 150)  # constants are rounded to 256 bits
 
 
-class Verdict(Enum):
+class ZeroProof(Enum):
     """What came of a proof."""
 
     ZERO = "zero"
@@ -47,7 +47,7 @@ class _TooLarge(Exception):
     """A step would exceed a budget."""
 
 
-def verdict(nodes: Sequence[Node], order: Sequence[int]) -> Verdict:
+def verdict(nodes: Sequence[Node], order: Sequence[int]) -> ZeroProof:
     """Return whether the last of some nodes, which are in order, is proven to be zero where it exists."""
     try:
         _check_size(nodes, order)
@@ -55,8 +55,8 @@ def verdict(nodes: Sequence[Node], order: Sequence[int]) -> Verdict:
 
         found = _vanishes(sympy, _to_sympy(sympy, nodes, order))
     except (_TooLarge, RecursionError):
-        return Verdict.TOO_LARGE
-    return Verdict.ZERO if found else Verdict.OPEN
+        return ZeroProof.TOO_LARGE
+    return ZeroProof.ZERO if found else ZeroProof.OPEN
 
 
 # -- the size of an expression before it is made --------------------------------------------------
@@ -90,14 +90,14 @@ def _check_size(nodes: Sequence[Node], order: Sequence[int]) -> None:
 def _size(node: Node, parts: Sequence[_Size]) -> _Size:
     match node.op:
         case "const":
-            number = Fraction(node.params[0])
+            number = node.number
             return _Size(bits=number.numerator.bit_length() + number.denominator.bit_length())
         case "add" | "sub":
             return _sum(parts)
         case "mul" | "div":
             return _product(parts)
         case "pow":
-            return _power(parts[0], math.ceil(abs(Fraction(node.params[0]))))
+            return _power(parts[0], math.ceil(abs(node.exponent)))
         case "hypot":
             return _sum([_power(part, 2) for part in parts])
         case "neg" | "guard":
@@ -141,7 +141,7 @@ def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:
         args = [made[v.node] for v in node.operands]
         match node.op:
             case "const":
-                result = _rational(sympy, Fraction(node.params[0]))
+                result = _rational(sympy, node.number)
             case "add":
                 result = args[0] + args[1]
             case "sub":
@@ -153,7 +153,7 @@ def _to_sympy(sympy: Any, nodes: Sequence[Node], order: Sequence[int]) -> Any:
             case "neg":
                 result = -args[0]
             case "pow":
-                result = args[0] ** _rational(sympy, Fraction(node.params[0]))
+                result = args[0] ** _rational(sympy, node.exponent)
             case "guard":
                 result = args[0]
             case "hypot":

@@ -16,7 +16,7 @@ Multiples = tuple[int, int]
 _FORM = "each term must be a coefficient times the cosine or sine of the unknowns, or without them"
 
 
-class Term(NamedTuple):
+class Harmonic(NamedTuple):
     """The cosine or sine of integer multiples of the unknowns plus an offset.
 
     The first multiple that is not 0 is positive.
@@ -27,7 +27,7 @@ class Term(NamedTuple):
     function: str
 
 
-TrigSum = Mapping[Term | None, Value]
+TrigSum = Mapping[Harmonic | None, Value]
 """Coefficients by terms; None stands for the part without unknowns."""
 
 
@@ -131,8 +131,8 @@ class TrigSums:
             return {None: emit(self.maths.builder, expr.function, [offset])}
         one = self.maths.builder.const(1)
         if multiples > (0, 0):
-            return {Term(multiples, offset, expr.function): one}
-        mirrored = Term((-multiples[0], -multiples[1]), self.maths.negative(offset), expr.function)
+            return {Harmonic(multiples, offset, expr.function): one}
+        mirrored = Harmonic((-multiples[0], -multiples[1]), self.maths.negative(offset), expr.function)
         if self.maths.builder.constant(offset) == 0:
             mirrored = mirrored._replace(offset=offset)
         return {mirrored: one if expr.function == "cos" else self.maths.negative(one)}

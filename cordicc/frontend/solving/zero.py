@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 
-from cordicc.frontend.numeric import evaluate_node
-from cordicc.frontend.solving.identities import Verdict, verdict
+import numpy as np
+
+from cordicc.base.arrays import Floats
+from cordicc.frontend.solving.identities import ZeroProof, verdict
 from cordicc.ir.graph import Builder, Node, Value
+from cordicc.ir.meaning.doubles import value_of
 
 _POINTS = 24
 _SUSPICIOUS = 1e-9
@@ -56,15 +58,15 @@ def adds_to_domain(nodes: Sequence[Node], value: Value, kept: Sequence[Value]) -
 
 
 @dataclass(slots=True)
-class _Point:
-    """A point of the input box: the values found so far, and the largest number on the way to each."""
+class _Points:
+    """Points of the input box: the values found so far, and the largest numbers on the way to each."""
 
-    inputs: Mapping[str, float]
-    values: dict[int, float] = field(default_factory=dict)
-    scales: dict[int, float] = field(default_factory=dict)
+    inputs: Mapping[str, Floats]
+    values: dict[int, Floats] = field(default_factory=dict)
+    scales: dict[int, Floats] = field(default_factory=dict)
 
-    def evaluate(self, nodes: Sequence[Node], value: Value) -> tuple[float, float]:
-        """Return a value and its scale."""
+    def evaluate(self, nodes: Sequence[Node], value: Value) -> tuple[Floats, Floats]:
+        """Return a value and its scale, float64 of shape (_POINTS,)."""
         todo = [value.node]
         while todo:
             node = nodes[todo[-1]]
@@ -73,10 +75,11 @@ class _Point:
                 todo += missing
                 continue
             index = todo.pop()
-            result = evaluate_node(node, [self.values[v.node] for v in node.operands], self.inputs)
+            operands = [self.values[v.node] for v in node.operands]
+            result = value_of(node, operands, self.inputs, _POINTS)
             self.values[index] = result
-            own = abs(result) if math.isfinite(result) else 0.0
-            self.scales[index] = max([own, *(self.scales[v.node] for v in node.operands)])
+            own = np.where(np.isfinite(result), np.abs(result), 0.0)
+            self.scales[index] = np.maximum.reduce([own, *(self.scales[v.node] for v in node.operands)])
         return self.values[value.node], self.scales[value.node]
 
 
@@ -92,7 +95,7 @@ class ZeroTest:
     builder: Builder
     ranges: Mapping[str, tuple[float, float]]
     given_up: dict[Value, str] = field(default_factory=dict)
-    _points: list[_Point] = field(default_factory=list)
+    _points: _Points | None = None
     _found: dict[Value, bool] = field(default_factory=dict)
 
     def is_zero(self, value: Value) -> bool:
@@ -105,23 +108,17 @@ class ZeroTest:
         return self._found[value]
 
     def _looks_zero(self, value: Value) -> bool:
-        if not self._points:
+        if self._points is None:
             source = random.Random(0)
-            for _ in range(_POINTS):
-                point = {name: source.uniform(lo, hi) for name, (lo, hi) in self.ranges.items()}
-                self._points.append(_Point(point))
-        seen = False
-        for at in self._points:
-            result, scale = at.evaluate(self.builder.nodes, value)
-            if not math.isfinite(result):
-                continue
-            seen = True
-            if abs(result) > _SUSPICIOUS * scale:
-                return False
-        return seen
+            drawn = [[source.uniform(lo, hi) for lo, hi in self.ranges.values()] for _ in range(_POINTS)]
+            columns = np.reshape(drawn, (_POINTS, len(self.ranges))).T
+            self._points = _Points(dict(zip(self.ranges, columns, strict=True)))
+        result, scale = self._points.evaluate(self.builder.nodes, value)
+        exists = np.isfinite(result)
+        return bool(exists.any() and (np.abs(result) <= _SUSPICIOUS * scale)[exists].all())
 
     def _is_proven(self, value: Value) -> bool:
         found = verdict(self.builder.nodes, cone(self.builder.nodes, value))
-        if found is Verdict.TOO_LARGE:
+        if found is ZeroProof.TOO_LARGE:
             self.given_up[value] = self.builder.origin
-        return found is Verdict.ZERO
+        return found is ZeroProof.ZERO

@@ -43,7 +43,7 @@ class _Undecided(Exception):
     """A sample whose results the balls do not settle."""
 
 
-def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+def ball_outputs(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Evaluate the outputs of a graph on samples.
 
     Args:
@@ -57,7 +57,7 @@ def evaluate(graph: Graph, inputs: Mapping[str, np.ndarray], count: int) -> tupl
     """
     results = np.full((len(graph.outputs), count), np.nan)
     decided = np.zeros(count, dtype=bool)
-    if any(node.op not in _FUNCTIONS for node in graph.nodes if node.op not in ("input", "const")):
+    if any(node.op not in OPERATIONS for node in graph.nodes if node.op not in ("input", "const")):
         return results, decided
     with ctx.workprec(_PRECISION):
         run = _Program(graph, inputs).run
@@ -85,11 +85,11 @@ class _Program:
         checked = _checked(graph, inputs)
         for index, node in enumerate(graph.nodes):
             if node.op == "input":
-                self._columns.append((index, inputs[str(node.params[0])].tolist()))
+                self._columns.append((index, inputs[node.name].tolist()))
             elif node.op == "const":
-                self._values[index] = _rational(Fraction(node.params[0]))
+                self._values[index] = _rational(node.number)
             else:
-                function, operands = _FUNCTIONS[node.op](*node.params), [v.node for v in node.operands]
+                function, operands = OPERATIONS[node.op](**node.named), [v.node for v in node.operands]
                 steps.append((function, operands, index, index in checked, node))
         self._steps = steps
         self._left: dict[int, tuple[list[_Step], set[int]]] = {}
@@ -130,7 +130,7 @@ class _Program:
         """Raise _Undecided unless the operands of a step are certainly outside its domain."""
         _, operands, _, _, node = step
         test = _OUTSIDE.get(node.op)
-        if test is None or not test(*node.params)(*(self._values[operand] for operand in operands)):
+        if test is None or not test(**node.named)(*(self._values[operand] for operand in operands)):
             raise _Undecided
 
     def _after(self, node: int) -> tuple[list[_Step], set[int]]:
@@ -162,9 +162,9 @@ def _checked(graph: Graph, inputs: Mapping[str, np.ndarray]) -> set[int]:
     checked = set()
     for index, node in enumerate(graph.nodes):
         if node.op == "input":
-            size = float(np.max(np.abs(inputs[str(node.params[0])]), initial=0.0))
+            size = float(np.max(np.abs(inputs[node.name]), initial=0.0))
         elif node.op == "const":
-            size = _size(Fraction(node.params[0]))
+            size = _size(node.number)
         else:
             bound = _SIZES.get(node.op)
             size = _LARGEST if bound is None else bound(node, *(sizes[v.node] for v in node.operands))
@@ -185,7 +185,7 @@ _SIZES: dict[str, Callable[..., float]] = {
     "add": lambda node, a, b: a + b,
     "sub": lambda node, a, b: a + b,
     "mul": lambda node, a, b: a * b,
-    "cmul": lambda node, a: a * _size(Fraction(node.params[0])),
+    "cmul": lambda node, a: a * _size(node.factor),
     "neg": lambda node, a: a,
     "sin": lambda node, a: 1.0,
     "cos": lambda node, a: 1.0,
@@ -314,7 +314,7 @@ def _solve_pair(A1: Ball, B1: Ball, C1: Ball, A2: Ball, B2: Ball, C2: Ball) -> B
     return _atan2(sine, cosine)
 
 
-_FUNCTIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
+OPERATIONS: dict[str, Callable[..., Callable[..., Ball]]] = {
     "add": _plain(operator.add),
     "sub": _plain(operator.sub),
     "mul": _plain(operator.mul),

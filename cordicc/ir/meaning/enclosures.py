@@ -1,9 +1,9 @@
-"""The range of every operation over intervals: the table behind `cordicc.ir.meaning.enclose.evaluate`."""
+"""The range of every operation over closed intervals, rounded outwards."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -26,6 +26,7 @@ from cordicc.ir.meaning.intervals import (
     add,
     div,
     enclose,
+    half_turns,
     hypot,
     integer_power,
     monotone,
@@ -36,11 +37,9 @@ from cordicc.ir.meaning.intervals import (
     square,
     sub,
 )
+from cordicc.ir.ops import OPS
 
 _HALF_PI_UP = PI_UP / 2
-
-_NEAR, _CLEAR = 1e5, 1e-9
-"""An angle is near, and its number of half turns clearly no integer."""
 
 _EXPONENTS = 1000
 """Powers of two to less than this are floats."""
@@ -53,11 +52,11 @@ def constant(value: Fraction | int | str) -> Interval:
     return Interval(*point(lambda: arb(number.numerator) / arb(number.denominator)))
 
 
-def _scaled(factor: Fraction | str, a: Interval) -> Interval:
+def _scaled(a: Interval, factor: Fraction | str) -> Interval:
     return mul(constant(factor), a)
 
 
-def _shift(exponent: int, a: Interval) -> Interval:
+def _shift(a: Interval, exponent: Fraction | int) -> Interval:
     if abs(int(exponent)) < _EXPONENTS:
         factor = math.ldexp(1.0, int(exponent))
         return mul(Interval(factor, factor), a)
@@ -87,7 +86,7 @@ def _flip(a: Interval, s: Interval) -> Interval:
     return _select(s, a, negated(a))
 
 
-def _guard(condition: str, a: Interval, s: Interval) -> Result:
+def _guard(a: Interval, s: Interval, condition: str) -> Result:
     never = {
         "any": False,
         "nonzero": s.lo == 0 == s.hi,
@@ -114,7 +113,7 @@ def _wrap(a: Interval) -> Interval:
     return moved.intersect(HALF_TURN) or HALF_TURN
 
 
-def _power(exponent: Fraction | int | str, a: Interval) -> Result:
+def _power(a: Interval, exponent: Fraction | int | str) -> Result:
     power = Fraction(exponent)
     if power.denominator == 1:
         return integer_power(a, power.numerator)
@@ -122,23 +121,11 @@ def _power(exponent: Fraction | int | str, a: Interval) -> Result:
     return None if root is None else integer_power(root, power.numerator)
 
 
-def _half_turns(a: Interval, offset: float) -> tuple[int, int]:
-    """Return the first and the last integer that a/pi - offset, of finite a, may hold."""
-
-    def rounded(number: float, end: int, to_integer: Callable[[float], int]) -> int:
-        near = number / math.pi - offset
-        if abs(number) < _NEAR and abs(near - round(near)) > _CLEAR:
-            return to_integer(near)  # no rounding error reaches an integer
-        return to_integer(point(lambda t: t / arb.pi() - offset, number)[end])
-
-    return rounded(a.lo, 0, math.ceil), rounded(a.hi, 1, math.floor)
-
-
 def _holds_parity(a: Interval, offset: float, parity: int | None) -> bool:
     """Whether a/pi - offset may hold an integer, of that parity if one is given."""
     if math.isinf(a.lo) or math.isinf(a.hi):
         return True
-    first, last = _half_turns(a, offset)
+    first, last = half_turns(a, offset)
     if parity is not None and (first - parity) % 2:
         first += 1
     return first <= last
@@ -148,7 +135,7 @@ def _wave(function: Callable[[Any], Any], offset: float, a: Interval) -> Interva
     """Enclose sine or cosine, with maxima at (offset + 2 k) pi and minima at (offset + 2 k + 1) pi."""
     if math.isinf(a.lo) or math.isinf(a.hi):
         return UNIT
-    first, last = _half_turns(a, offset)
+    first, last = half_turns(a, offset)
     if first < last:
         return UNIT
     ends = enclose([point(function, a.lo), point(function, a.hi)])
@@ -238,7 +225,7 @@ def _log(a: Interval) -> Result:
     return Interval(lo, INF if a.hi == INF else point(lambda t: t.log(), a.hi)[1])
 
 
-def _solve(m: int, branch: str, A: Interval, B: Interval, C: Interval) -> Result:
+def _solve(A: Interval, B: Interval, C: Interval, m: int, branch: str) -> Result:
     return _circular(branch, A, B, C) if int(m) == 1 else _hyperbolic(branch, A, B, C)
 
 
@@ -292,7 +279,7 @@ def _solve_pair(A1: Interval, B1: Interval, C1: Interval, A2: Interval, B2: Inte
     return None if cosine is None or sine is None else _atan2(sine, cosine)
 
 
-def _rotate(m: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Result]:
+def _rotate(x: Interval, y: Interval, z: Interval, m: int) -> tuple[Result, Result]:
     if int(m) == 0:
         return x, add(y, mul(x, z))
     if int(m) == 1:
@@ -304,12 +291,12 @@ def _rotate(m: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Resu
     grown, shrunk = mul(add(x, y), _exp(z)), mul(sub(x, y), _exp(negated(z)))
     first, second = add(mul(x, cosine), mul(y, sine)), add(mul(y, cosine), mul(x, sine))
     return (
-        first.intersect(_shift(-1, add(grown, shrunk))),
-        second.intersect(_shift(-1, sub(grown, shrunk))),
+        first.intersect(_shift(add(grown, shrunk), -1)),
+        second.intersect(_shift(sub(grown, shrunk), -1)),
     )
 
 
-def _vector(m: int, sign: int, x: Interval, y: Interval, z: Interval) -> tuple[Result, Result]:
+def _vector(x: Interval, y: Interval, z: Interval, m: int, sign: int) -> tuple[Result, Result]:
     norm: Result
     if int(m) == 1:
         norm, angle = hypot(x, y), _atan2(y, x)
@@ -325,55 +312,83 @@ def _vector(m: int, sign: int, x: Interval, y: Interval, z: Interval) -> tuple[R
 def _lightcone(u: Interval, v: Interval) -> tuple[Result, Result]:
     ratio = div(u, v)
     logarithm = None if ratio is None else _log(ratio)
-    return sqrt(mul(u, v)), None if logarithm is None else _shift(-1, logarithm)
+    return sqrt(mul(u, v)), None if logarithm is None else _shift(logarithm, -1)
 
 
-def _implicit(m: int, branch: str, A: Interval, B: Interval, C: Interval) -> tuple[Result, Result]:
-    angle = _solve(m, branch, A, B, C)
+def _implicit(A: Interval, B: Interval, C: Interval, m: int, branch: str) -> tuple[Result, Result]:
+    angle = _solve(A, B, C, m, branch)
     plus, minus = (B, C) if int(m) == 1 else (C, B)
     rest = sqrt(sub(add(square(A), square(plus)), square(minus)))
     return (None, None) if angle is None or rest is None else (angle, rest)
 
 
-ENCLOSURES: dict[str, tuple[tuple[str, ...], int, Callable[..., Any]]] = {
-    "const": (("value",), 1, constant),
-    "add": ((), 1, add),
-    "sub": ((), 1, sub),
-    "mul": ((), 1, mul),
-    "cmul": (("factor",), 1, _scaled),
-    "shift": (("exponent",), 1, _shift),
-    "neg": ((), 1, negated),
-    "abs": ((), 1, absolute),
-    "sign": ((), 1, _sign),
-    "min": ((), 1, _minimum),
-    "max": ((), 1, _maximum),
-    "flip": ((), 1, _flip),
-    "select": ((), 1, _select),
-    "guard": (("condition",), 1, _guard),
-    "wrap": ((), 1, _wrap),
-    "div": ((), 1, div),
-    "pow": (("exponent",), 1, _power),
-    "sqrt": ((), 1, sqrt),
-    "hypot": ((), 1, hypot),
-    "sin": ((), 1, _sin),
-    "cos": ((), 1, _cos),
-    "tan": ((), 1, _tan),
-    "asin": ((), 1, _asin),
-    "acos": ((), 1, _acos),
-    "atan": ((), 1, _atan),
-    "atan2": ((), 1, _atan2),
-    "sinh": ((), 1, _sinh),
-    "cosh": ((), 1, _cosh),
-    "tanh": ((), 1, lambda a: monotone(lambda t: t.tanh(), a, -1.0, 1.0)),
-    "asinh": ((), 1, lambda a: monotone(lambda t: t.asinh(), a)),
-    "acosh": ((), 1, _acosh),
-    "atanh": ((), 1, _atanh),
-    "exp": ((), 1, _exp),
-    "log": ((), 1, _log),
-    "solve": (("m", "branch"), 1, _solve),
-    "solve_pair": ((), 1, _solve_pair),
-    "rotate": (("m",), 2, _rotate),
-    "vector": (("m", "sign"), 2, _vector),
-    "lightcone": ((), 2, _lightcone),
-    "implicit": (("m", "branch"), 2, _implicit),
+ENCLOSURES: dict[str, Callable[..., Any]] = {
+    "const": constant,
+    "add": add,
+    "sub": sub,
+    "mul": mul,
+    "cmul": _scaled,
+    "shift": _shift,
+    "neg": negated,
+    "abs": absolute,
+    "sign": _sign,
+    "min": _minimum,
+    "max": _maximum,
+    "flip": _flip,
+    "select": _select,
+    "guard": _guard,
+    "wrap": _wrap,
+    "div": div,
+    "pow": _power,
+    "sqrt": sqrt,
+    "hypot": hypot,
+    "sin": _sin,
+    "cos": _cos,
+    "tan": _tan,
+    "asin": _asin,
+    "acos": _acos,
+    "atan": _atan,
+    "atan2": _atan2,
+    "sinh": _sinh,
+    "cosh": _cosh,
+    "tanh": lambda a: monotone(lambda t: t.tanh(), a, -1.0, 1.0),
+    "asinh": lambda a: monotone(lambda t: t.asinh(), a),
+    "acosh": _acosh,
+    "atanh": _atanh,
+    "exp": _exp,
+    "log": _log,
+    "solve": _solve,
+    "solve_pair": _solve_pair,
+    "rotate": _rotate,
+    "vector": _vector,
+    "lightcone": _lightcone,
+    "implicit": _implicit,
 }
+"""Functions of the operands in their order and of the parameters by name."""
+
+
+def result_ranges(
+    op: str, params: Mapping[str, Any] | Sequence[Any], operands: Sequence[Interval | None]
+) -> tuple[Interval | None, ...]:
+    """Enclose every result of an operation on operands in intervals.
+
+    Args:
+        op: any operation of the graph but `input`.
+        params: its parameters, by name or in the order of the operation's definition.
+        operands: an interval each, or None for one that never has a value.
+
+    Returns:
+        An interval for each result, over the operands for which it has a value; None where it has a
+        value for none of them.
+
+    Raises:
+        ValueError: unknown operation.
+    """
+    if op not in ENCLOSURES:
+        raise ValueError(f"no enclosure for operation {op!r}")
+    definition = OPS[op]
+    if any(operand is None for operand in operands):
+        return (None,) * len(definition.results)
+    named = params if isinstance(params, Mapping) else definition.named(params)
+    result = ENCLOSURES[op](*operands, **named)
+    return result if isinstance(result, tuple) else (result,)

@@ -15,6 +15,8 @@ from typing import Any
 from mpmath import MPContext
 from mpmath.libmp import mpf_pos
 
+from cordicc.ir.ops import OPS
+
 PRECISION = 256
 """Bits of a rounded constant."""
 
@@ -88,7 +90,7 @@ def _root(number: Fraction) -> Fraction:
     return _round(_MP.sqrt(_real(number)))
 
 
-def _pow(base: Fraction, exponent: Fraction) -> Fraction:
+def _power(base: Fraction, exponent: Fraction) -> Fraction:
     if exponent.denominator not in (1, 2) or abs(exponent) > 64:
         raise FoldError("the exponent is not an integer or half-integer of at most 64")
     if base == 0 and exponent < 0:
@@ -188,14 +190,14 @@ def _wrap(x: Fraction) -> Fraction:
     return x - 2 * pi * turns
 
 
-def _guard(condition: str, a: Fraction, s: Fraction) -> Fraction:
+def _guard(a: Fraction, s: Fraction, condition: str) -> Fraction:
     holds = {"any": True, "nonzero": s != 0, "nonnegative": s >= 0, "positive": s > 0}[condition]
     if not holds:
         raise FoldError(f"a number that must be {condition} is not")
     return a
 
 
-def _solve(m: int, branch: str, A: Fraction, B: Fraction, C: Fraction) -> Fraction:
+def _solve(A: Fraction, B: Fraction, C: Fraction, m: int, branch: str) -> Fraction:
     """Return t with B cos t + A sin t = C, for m = -1 B cosh t + A sinh t = C."""
     sign = -1 if branch == "-" else 1
     if m == 1:
@@ -233,13 +235,13 @@ def _solve_pair(
     return _atan2(sine, cosine)
 
 
-_FOLDS: dict[str, Callable[..., Fraction]] = {
+FOLDS: dict[str, Callable[..., Fraction]] = {
     "const": lambda value: value,
     "add": _add,
     "sub": lambda a, b: _add(a, -b),
     "mul": lambda a, b: a * b,
-    "cmul": lambda factor, a: factor * a,
-    "shift": lambda exponent, a: a * Fraction(2) ** int(exponent),
+    "cmul": lambda a, factor: factor * a,
+    "shift": lambda a, exponent: a * Fraction(2) ** int(exponent),
     "neg": lambda a: -a,
     "abs": abs,
     "sign": _sign,
@@ -250,7 +252,7 @@ _FOLDS: dict[str, Callable[..., Fraction]] = {
     "guard": _guard,
     "wrap": _wrap,
     "div": _div,
-    "pow": lambda exponent, base: _pow(base, exponent),
+    "pow": _power,
     "sqrt": _root,
     "hypot": lambda a, b: _root(a * a + b * b),
     "sin": _sin,
@@ -279,4 +281,4 @@ def fold(op: str, params: Sequence[object], args: Sequence[Fraction]) -> Fractio
     Exact for rational operations up to about 2048 bits, else rounded to 256 bits.  Raises FoldError
     where the operation leaves the real domain or its value leaves 0 and [1e-300, 1e300].
     """
-    return _checked(Fraction(_FOLDS[op](*params, *args)))
+    return _checked(Fraction(FOLDS[op](*args, **OPS[op].named(params))))

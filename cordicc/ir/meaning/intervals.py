@@ -98,6 +98,22 @@ def point(function: Callable[..., Any], *numbers: float) -> tuple[float, float]:
         return outward(function(*(arb(number) for number in numbers)))
 
 
+_NEAR, _CLEAR = 1e5, 1e-9
+"""An angle is near, and its number of half turns clearly no integer."""
+
+
+def half_turns(a: Interval, offset: float) -> tuple[int, int]:
+    """Return the first and the last integer that a/pi - offset, of finite a, may hold."""
+
+    def rounded(number: float, end: int, to_integer: Callable[[float], int]) -> int:
+        near = number / math.pi - offset
+        if abs(number) < _NEAR and abs(near - round(near)) > _CLEAR:
+            return to_integer(near)  # no rounding error reaches an integer
+        return to_integer(point(lambda t: t / arb.pi() - offset, number)[end])
+
+    return rounded(a.lo, 0, math.ceil), rounded(a.hi, 1, math.floor)
+
+
 _SMALL, _LARGE = 2.0**-400, 2.0**400
 """Between them no product, quotient or root of two floats loses its error."""
 

@@ -49,7 +49,7 @@ def _mul(a: Real, b: Real) -> Real:
     return libmp.mpf_mul(a, b, *_WORKING)
 
 
-def evaluate(
+def reference_outputs(
     graph: Graph, inputs: Mapping[str, np.ndarray], *, jitter: bool = False
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Evaluate the outputs of a graph on samples.
@@ -68,16 +68,18 @@ def evaluate(
     count = len(next(iter(inputs.values()))) if inputs else 1
     results, settled = np.full((len(graph.outputs), count), np.nan), np.zeros(count, dtype=bool)
     if not jitter:
-        results, settled = balls.evaluate(graph, inputs, count)
+        results, settled = balls.ball_outputs(graph, inputs, count)
     if not settled.all():
-        _evaluate_rounded(graph, inputs, np.flatnonzero(~settled).tolist(), jitter, results)
+        rest = np.flatnonzero(~settled)
+        results[:, rest] = rounded_outputs(graph, inputs, rest.tolist(), jitter=jitter)
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
 
 
-def _evaluate_rounded(
-    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], jitter: bool, results: np.ndarray
-) -> None:
-    """Fill the columns of some samples in the results, by numbers of `PRECISION` bits."""
+def rounded_outputs(
+    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], *, jitter: bool = False
+) -> np.ndarray:
+    """Return the outputs on some samples rounded to `PRECISION` bits, of shape (outputs, samples)."""
+    results = np.full((len(graph.outputs), len(samples)), np.nan)
     slot = _slots(graph)
     values: list[Result] = [None] * len(slot)
     columns: list[tuple[int, list[float]]] = []
@@ -85,15 +87,15 @@ def _evaluate_rounded(
     for index, node in enumerate(graph.nodes):
         first = slot[Value(index)]
         if node.op == "input":
-            columns.append((first, inputs[str(node.params[0])].tolist()))
+            columns.append((first, inputs[node.name].tolist()))
         elif node.op == "const":
-            values[first] = from_fraction(Fraction(node.params[0]))
+            values[first] = from_fraction(node.number)
         else:
             many = len(node.definition.results) > 1
-            program.append((_FUNCTIONS[node.op](*node.params), [slot[v] for v in node.operands], first, many))
+            program.append((OPERATIONS[node.op](**node.named), [slot[v] for v in node.operands], first, many))
     shake = _shaker() if jitter else None
     wanted = [(row, slot[value]) for row, value in enumerate(graph.outputs.values())]
-    for sample in samples:
+    for column, sample in enumerate(samples):
         for at, numbers in columns:
             values[at] = libmp.from_float(numbers[sample])
         for function, operands, at, many in program:
@@ -111,7 +113,8 @@ def _evaluate_rounded(
             result = values[at]
             if result is not None:
                 number = libmp.to_float(result, rnd="n")
-                results[row, sample] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
+                results[row, column] = max(-_LARGEST_DOUBLE, min(_LARGEST_DOUBLE, number))
+    return results
 
 
 def _bounded(result: Result) -> Result:
@@ -347,7 +350,7 @@ def _lightcone(u: Real, v: Real) -> tuple[Result, Result]:
     return _sqrt(_mul(u, v)), None if angle is None else libmp.mpf_shift(angle, -1)
 
 
-_FUNCTIONS: dict[str, Callable[..., Callable[..., Any]]] = {
+OPERATIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "add": _plain(_add),
     "sub": _plain(_sub),
     "mul": _plain(_mul),
@@ -388,3 +391,4 @@ _FUNCTIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "lightcone": lambda: _lightcone,
     "implicit": _implicit,
 }
+"""Functions of the parameters by name; what they return is a function of the operands in their order."""

@@ -8,18 +8,64 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Param
-from cordicc.rewrite.numeric import Floats
+from cordicc.ir.ops import OPS
 
 Errors = tuple[Floats, ...]
+_Arrays = Sequence[Floats]
 
 
-def _rotate(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Floats]) -> Errors:
+def errors(op: str, params: Sequence[Param], values: _Arrays, moved: _Arrays, made: _Arrays) -> Errors:
+    """Return the error bound of every result; inputs and constants carry one rounding.
+
+    Args:
+        op: an operation of a graph of unit operations.
+        params: its parameters in the order of its definition.
+        values: its operands on the samples.
+        moved: the error bounds of the operands.
+        made: its results.
+    """
+    with np.errstate(all="ignore"):
+        passed = ERRORS[op](values, moved, made, **OPS[op].named(params))
+        if op in EXACT:
+            return passed
+        return tuple(p + np.abs(x) for p, x in zip(passed, made, strict=True))
+
+
+def _none(v: _Arrays, e: _Arrays, made: _Arrays, **params: Param) -> Errors:
+    return (np.zeros_like(made[0]),)
+
+
+def _sum(v: _Arrays, e: _Arrays, made: _Arrays) -> Errors:
+    return (e[0] + e[1],)
+
+
+def _product(v: _Arrays, e: _Arrays, made: _Arrays) -> Errors:
+    return (np.abs(v[0]) * e[1] + np.abs(v[1]) * e[0],)
+
+
+def _scaled(v: _Arrays, e: _Arrays, made: _Arrays, factor: Fraction) -> Errors:
+    return (abs(nearest_double(factor)) * e[0],)
+
+
+def _shifted(v: _Arrays, e: _Arrays, made: _Arrays, exponent: Fraction) -> Errors:
+    return (np.ldexp(e[0], double_shift(exponent)),)
+
+
+def _kept(v: _Arrays, e: _Arrays, made: _Arrays, **params: Param) -> Errors:
+    return (e[0],)
+
+
+def _chosen(v: _Arrays, e: _Arrays, made: _Arrays) -> Errors:
+    return (np.maximum(e[-1], e[-2]),)
+
+
+def _rotate(v: _Arrays, e: _Arrays, made: _Arrays, m: int) -> Errors:
     x, y, z = v
     if m == 0:
         return e[0], e[1] + np.abs(z) * e[0] + np.abs(x) * e[2]
@@ -32,7 +78,7 @@ def _rotate(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Flo
     )
 
 
-def _vector(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Floats]) -> Errors:
+def _vector(v: _Arrays, e: _Arrays, made: _Arrays, m: int, sign: int) -> Errors:
     x, y, _ = (np.abs(a) for a in v)
     if m == 0:
         return e[0], e[1] / x + y * e[0] / x**2 + e[2]
@@ -40,12 +86,12 @@ def _vector(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Flo
     return (x * e[0] + y * e[1]) / norm, (y * e[0] + x * e[1]) / norm**2 + e[2] + 1.0
 
 
-def _lightcone(v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Floats]) -> Errors:
+def _lightcone(v: _Arrays, e: _Arrays, made: _Arrays) -> Errors:
     u, w = (np.abs(a) for a in v)
     return (w * e[0] + u * e[1]) / (2 * np.abs(made[0])), (e[0] / u + e[1] / w) / 2 + 1.0
 
 
-def _implicit(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[Floats]) -> Errors:
+def _implicit(v: _Arrays, e: _Arrays, made: _Arrays, m: int, branch: str) -> Errors:
     A, B, C = (np.abs(a) for a in v)
     angle, rest = made
     c, s = (np.cos(angle), np.sin(angle)) if m == 1 else (np.cosh(angle), np.sinh(angle))
@@ -55,45 +101,29 @@ def _implicit(m: int, v: Sequence[Floats], e: Sequence[Floats], made: Sequence[F
     return residual / steep + 1.0, (A * e[0] + B * e[1] + C * e[2] + own * own) / steep
 
 
-_UNITS: dict[str, Callable[..., Errors]] = {
-    "rotate": lambda p, v, e, made: _rotate(int(p[0]), v, e, made),
-    "vector": lambda p, v, e, made: _vector(int(p[0]), v, e, made),
-    "lightcone": lambda p, v, e, made: _lightcone(v, e, made),
-    "implicit": lambda p, v, e, made: _implicit(int(p[0]), v, e, made),
+ERRORS: dict[str, Callable[..., Errors]] = {
+    "input": _none,
+    "const": _none,
+    "add": _sum,
+    "sub": _sum,
+    "mul": _product,
+    "cmul": _scaled,
+    "shift": _shifted,
+    "neg": _kept,
+    "abs": _kept,
+    "sign": _none,
+    "min": _chosen,
+    "max": _chosen,
+    "flip": _kept,
+    "select": _chosen,
+    "guard": _kept,
+    "wrap": _kept,
+    "rotate": _rotate,
+    "vector": _vector,
+    "lightcone": _lightcone,
+    "implicit": _implicit,
 }
+"""What results take on of their operands, besides their own rounding."""
 
-
-def errors(
-    op: str,
-    params: Sequence[Param],
-    values: Sequence[Floats],
-    moved: Sequence[Floats],
-    made: Sequence[Floats],
-) -> Errors:
-    """Return the error bound of every result; inputs and constants carry one rounding.
-
-    Args:
-        op: an operation of a graph of unit operations.
-        params: its parameters.
-        values: its operands on the samples.
-        moved: the error bounds of the operands.
-        made: its results.
-    """
-    with np.errstate(all="ignore"):
-        if op in _UNITS:
-            passed: Sequence[Any] = _UNITS[op](params, values, moved, made)
-        elif op in ("add", "sub"):
-            passed = (moved[0] + moved[1],)
-        elif op == "mul":
-            passed = (np.abs(values[0]) * moved[1] + np.abs(values[1]) * moved[0],)
-        elif op == "cmul":
-            passed = (abs(nearest_double(Fraction(params[0]))) * moved[0],)
-        elif op == "shift":
-            return (np.ldexp(moved[0], double_shift(Fraction(params[0]))),)
-        elif op in ("neg", "abs", "flip", "guard", "wrap"):
-            return (moved[0],)
-        elif op in ("min", "max", "select"):
-            return (np.maximum(moved[-1], moved[-2]),)
-        else:
-            passed = (np.zeros_like(made[0]),)
-        return tuple(p + np.abs(x) for p, x in zip(passed, made, strict=True))
+EXACT = ("shift", "neg", "abs", "flip", "guard", "wrap", "min", "max", "select")
+"""Operations whose results are not rounded."""

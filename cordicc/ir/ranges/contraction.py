@@ -9,10 +9,10 @@ consistency, F. Benhamou et al., "Revising hull and box consistency", ICLP 1999)
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval, evaluate
+from cordicc.ir.meaning.enclosures import result_ranges
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import Enclosures, refreshed
 
 _ROUNDS = 3
@@ -67,11 +67,11 @@ def _narrowings(node: Node, result: Interval, enclosure: Enclose) -> Iterator[Na
         case "neg":
             yield operands[0], _of("neg", result)
         case "cmul":
-            factor = Fraction(node.params[0])
+            factor = node.factor
             if factor:
-                yield operands[0], evaluate("cmul", (1 / factor,), [result])[0]
+                yield operands[0], result_ranges("cmul", (1 / factor,), [result])[0]
         case "shift":
-            yield operands[0], evaluate("shift", (-int(node.params[0]),), [result])[0]
+            yield operands[0], result_ranges("shift", (-node.exponent,), [result])[0]
         case "mul":
             a, b = operands
             if a == b:
@@ -81,22 +81,22 @@ def _narrowings(node: Node, result: Interval, enclosure: Enclose) -> Iterator[Na
                 yield b, _of("div", result, enclosure(a)) if _signed(enclosure(a)) else None
         case "abs":
             yield operands[0], _within(result)
-        case "vector" if node.params[0] == 1:
+        case "vector" if node.m == 1:
             yield operands[0], _within(result)
             yield operands[1], _within(result)
-        case "vector" if node.params[0] == -1:
+        case "vector" if node.m == -1:
             yield operands[1], _within(enclosure(operands[0]))
-        case "implicit" if node.params[0] == 1:
+        case "implicit" if node.m == 1:
             A, B, C = operands
             yield C, _within(_of("hypot", enclosure(A), enclosure(B)))
         case "guard":
             yield operands[0], result
-            if node.params[0] in ("nonnegative", "positive"):
+            if node.condition in ("nonnegative", "positive"):
                 yield operands[1], Interval(0.0, _INF)
 
 
 def _of(op: str, *operands: Interval) -> Interval | None:
-    return evaluate(op, (), operands)[0]
+    return result_ranges(op, (), operands)[0]
 
 
 def _signed(interval: Interval) -> bool:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval, evaluate
+from cordicc.ir.meaning.enclosures import result_ranges
+from cordicc.ir.meaning.intervals import Interval
 
 Enclosures = list[tuple[Interval | None, ...]]
 """For each node an enclosure of each result; None for a result that no input gives a value."""
@@ -19,7 +20,7 @@ def value_ranges(graph: Graph, inputs: Mapping[str, Interval]) -> Enclosures:
     found: Enclosures = []
     for node in graph.nodes:
         if node.op == "input":
-            found.append((inputs[str(node.params[0])],))
+            found.append((inputs[node.name],))
         else:
             found.append(_enclosed(node, found))
     return found
@@ -50,7 +51,7 @@ def evaluated(
         if any(each is None for each in operands):
             found[index] = (None,) * len(node.definition.results)
         else:
-            found[index] = evaluate(node.op, node.params, operands)
+            found[index] = result_ranges(node.op, node.params, operands)
     return operand(wanted)
 
 
@@ -58,4 +59,4 @@ def _enclosed(node: Node, enclosures: Enclosures) -> tuple[Interval | None, ...]
     operands = [enclosures[v.node][v.result] for v in node.operands]
     if any(each is None for each in operands):
         return (None,) * len(node.definition.results)
-    return evaluate(node.op, node.params, operands)
+    return result_ranges(node.op, node.params, operands)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import Enclosures, evaluated, refreshed
 
 _LARGEST_CUT = 4
@@ -23,7 +23,7 @@ _BOXES = 192
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class Tightness:
     """When an enclosure is tight: magnitudes up to `most`, and where `sign` is not 0, from `least` of it."""
 
     most: float
@@ -42,13 +42,15 @@ class Goal:
 
 
 @dataclass(slots=True)
-class Work:
+class Budget:
     """The operations that may still be evaluated."""
 
     left: int
 
 
-def tightened(graph: Graph, enclosures: Enclosures, goals: Mapping[Value, Goal], work: int) -> Enclosures:
+def tightened(
+    graph: Graph, enclosures: Enclosures, goals: Mapping[Value, Tightness], work: int
+) -> Enclosures:
     """Return enclosures in which loose ones are tightened as far as worthwhile.
 
     Args:
@@ -58,7 +60,7 @@ def tightened(graph: Graph, enclosures: Enclosures, goals: Mapping[Value, Goal],
         work: the operations to evaluate at the most.
     """
     found = list(enclosures)
-    budget = Work(work)
+    budget = Budget(work)
     for value, goal in sorted(goals.items()):
         interval = found[value.node][value.result]
         if interval is None or goal.excess(interval) <= 1 or budget.left <= 0:
@@ -72,7 +74,9 @@ def tightened(graph: Graph, enclosures: Enclosures, goals: Mapping[Value, Goal],
     return found
 
 
-def _tightest(graph: Graph, enclosures: Enclosures, value: Value, goal: Goal, work: Work) -> Interval | None:
+def _tightest(
+    graph: Graph, enclosures: Enclosures, value: Value, goal: Tightness, work: Budget
+) -> Interval | None:
     best: Interval | None = None
     for variables, between in _cuts(graph, enclosures, value):
         box = tuple(i for v in variables if (i := enclosures[v.node][v.result]) is not None)
@@ -115,8 +119,8 @@ def _subdivided(
     variables: Sequence[Value],
     box: tuple[Interval, ...],
     value: Value,
-    goal: Goal,
-    work: Work,
+    goal: Tightness,
+    work: Budget,
 ) -> Interval | None:
     """Return the union of a value's enclosures over the parts of a box; the worst part is cut first.
 

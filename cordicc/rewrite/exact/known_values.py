@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from cordicc.ir.graph import Node, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import Element, Field, Poly
 
 

@@ -13,9 +13,11 @@ from fractions import Fraction
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Node, Param, Value, factored
-from cordicc.ir.meaning.enclose import Interval
-from cordicc.ir.meaning.enclose import evaluate as enclose
+from cordicc.ir.meaning.doubles import results
+from cordicc.ir.meaning.enclosures import result_ranges as enclose
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import errors
 from cordicc.rewrite.algebra import Algebra
 from cordicc.rewrite.exact.angle_rotors import Rotors
@@ -25,7 +27,6 @@ from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooL
 from cordicc.rewrite.exact.keys import ElementKey
 from cordicc.rewrite.exact.polynomials import Polynomials
 from cordicc.rewrite.exact.signs import Signs, is_square_sum
-from cordicc.rewrite.numeric import Floats, results
 
 _CLEARLY = 1e-6
 """A value of this size, beside the largest one on the samples, is no rounding error."""

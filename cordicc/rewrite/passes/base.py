@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import value_ranges
 from cordicc.rewrite.algebra import Algebra
 

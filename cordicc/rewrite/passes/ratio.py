@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.algebra import Algebra
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Node, Value
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.signs import is_square_sum
 from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 

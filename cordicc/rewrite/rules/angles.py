@@ -11,12 +11,8 @@ SUMS = ("add", "sub", "neg", "wrap", "cmul", "shift")
 
 def angles_of(store: Store) -> list[Value]:
     """Return the angles that circular units make."""
-    port = {"vector": 1, "implicit": 0}
-    return [
-        Value(index, port[node.op])
-        for index, node in enumerate(store.algebra.nodes)
-        if node.op in port and node.m == 1
-    ]
+    angles = ((index, node.angle) for index, node in enumerate(store.algebra.nodes))
+    return [Value(index, angle) for index, angle in angles if angle is not None]
 
 
 def is_angle(store: Store, value: Value) -> bool:

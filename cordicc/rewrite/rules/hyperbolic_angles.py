@@ -10,14 +10,13 @@ from cordicc.rewrite.rules.rule import Given, Rule
 def _join_areas(given: Given) -> None:
     """Make hyperbolic angles with the same cosine and sine equal: inverse functions that cancel."""
     store = given.store
-    port = {"vector": 1, "implicit": 0, "lightcone": 1}
     known: dict[RotorKey, Value] = {}
     for index, node in enumerate(tuple(store.algebra.nodes)):
         value = None
         if node.op == "rotate" and node.m == -1:
             value = node.operands[2]
-        elif node.op == "lightcone" or (node.op in port and node.m == -1):
-            value = Value(index, port[node.op])
+        elif (angle := node.hyperbolic_angle) is not None:
+            value = Value(index, angle)
         rotor = None if value is None else store.rotors.rotor(value, -1)
         if value is not None and rotor is not None:
             store.union(known.setdefault((rotor[0].key, rotor[1].key), value), value)

@@ -12,10 +12,10 @@ from typing import cast
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Param, Value
 from cordicc.ir.ops import OPS
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.numeric import Floats
 from cordicc.rewrite.passes.wraps import INSIDE
 
 _LARGEST = 2.0**96
@@ -243,8 +243,7 @@ def _options(store: Store, classes: Classes, index: int) -> list[Option]:
         exact[2] = classes.turn(node.operands[2])
     if op == "wrap":
         exact[0] = classes.turn(node.operands[0])
-    port = {"vector": 1, "implicit": 0}.get(op)
-    angle = port if port is not None and node.m == 1 else None
+    angle = node.angle
     results = tuple((classes.exact(v), classes.turn(v)) for v in values)
     found = [Option(op, node.params, tuple(exact), results, index)]
     sums = op in _SUMS or (op == "cmul" and node.factor.denominator == 1)

@@ -8,14 +8,15 @@ from fractions import Fraction
 
 import numpy as np
 
+from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Value, factored
-from cordicc.ir.meaning.enclose import Interval
+from cordicc.ir.meaning.doubles import all_results
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.numeric import Floats, evaluate
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.simplify import Simplify
 from cordicc.rewrite.rules.angles import SUMS, angles_of
@@ -99,7 +100,7 @@ def sample_points(
     critical = []
     for graph in graphs:
         live = graph.live()
-        for index, results in enumerate(evaluate(graph, drawn)):
+        for index, results in enumerate(all_results(graph, drawn)):
             if index in live:
                 for result in results:
                     good &= np.isfinite(result)

@@ -1,0 +1,163 @@
+"""Every operation is known wherever operations are told apart, or it is said here why it is not."""
+
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+import pytest
+
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.numbers.floating import SingleSystem
+from cordicc.arith.numbers.formats import SINGLE, NumberFormat, NumberSystem, Signal
+from cordicc.arith.unit.cau import Cau
+from cordicc.backends.c import c_units
+from cordicc.backends.c.c_arithmetic import CArithmetic, COperand
+from cordicc.backends.c.c_fixed import CFixedPoint
+from cordicc.backends.c.c_sections import Library
+from cordicc.backends.c.c_single import CSinglePrecision
+from cordicc.backends.labels import SYMBOLS
+from cordicc.backends.text import formulas
+from cordicc.certify import operator_models
+from cordicc.emulate import causes
+from cordicc.expressions import syntax
+from cordicc.ir.meaning import balls, doubles, enclosures, exact, reference, roundings
+from cordicc.ir.ops import OPS, Level
+from cordicc.ir.text import parse_graph, print_graph
+from cordicc.ir.well_formed import verify
+from cordicc.rewrite.search.costs import AREA_STEP, Costs
+from cordicc.targets.target import function_name
+from cordicc.targets.target_file import FUNCTIONS_OF_KIND, load_target, shipped_targets
+from tests.support.operations import Case, cases, graph_of, plan_params
+
+LEAVES, ARITHMETIC, FUNCTIONS, UNITS = (
+    {name for name, definition in OPS.items() if definition.level is level} for level in Level
+)
+TOTAL = {name for name, definition in OPS.items() if not definition.partial}
+
+CAU = Cau(rule="single-rotation")
+FIXED = FixedPoint(24, 20)
+
+
+def calculated(system: NumberSystem, format_: NumberFormat, op: str, params: Mapping[str, object]) -> bool:
+    """Whether a number system executes an operation."""
+    operand = Signal(format_.encode(np.array([0.5, 0.25])), format_)
+    try:
+        return bool(system.calculate(op, params, [operand] * max(1, OPS[op].arity), format_).shape)
+    except ValueError:
+        return False
+
+
+def executed(op: str, params: Mapping[str, object]) -> bool:
+    """Whether a CAU executes an operation."""
+    function = getattr(CAU, op, None)
+    if function is None:
+        return False
+    made = function(*params.values(), *[np.array([0.5, 0.25])] * OPS[op].arity)
+    return len(made) == len(OPS[op].results)
+
+
+def written(words: CArithmetic, format_: NumberFormat, op: str, params: Mapping[str, object]) -> bool:
+    """Whether a number system of the C model writes an operation."""
+    try:
+        return bool(words.calculate(op, params, [COperand("a", format_)] * max(1, OPS[op].arity), format_))
+    except (AssertionError, KeyError):
+        return False
+
+
+def unit_written(op: str, params: Mapping[str, object]) -> bool:
+    """Whether the C model of units has a section for an operation."""
+    library = Library()
+    library.add("c_model_units.c.j2", "", c_units.unit_context(CAU, ""))
+    return c_units.function(op, params)[0] in library.sections
+
+
+def performed(op: str, params: Mapping[str, object]) -> bool:
+    """Whether a kind of unit may have an operation among its functions."""
+    m = params.get("m")
+    assert m is None or isinstance(m, int)
+    return any(function_name(op, m) in functions for functions in FUNCTIONS_OF_KIND.values())
+
+
+def by(knows: Callable[[str, Mapping[str, object]], bool], *levels: Level) -> set[str]:
+    """The operations, of some vocabularies or all, that are known with all their parameters, by trial."""
+    tried = [(op, knows(op, plan_params(op, params))) for op, params in cases(*(levels or Level))]
+    return {op for op, _ in tried} - {op for op, known in tried if not known}
+
+
+GIVEN = {"what is no operation but given": LEAVES}
+IN_PLANS = GIVEN | {"functions are gone after selection": FUNCTIONS}
+OUTSIDE_UNITS = IN_PLANS | {"units have an arithmetic of their own": UNITS}
+UNITS_ALONE = IN_PLANS | {"adders, multipliers and sign logic": ARITHMETIC}
+
+PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
+    "exact": (
+        lambda: exact.FOLDS,
+        {"an input is no constant": {"input"}, "constants are folded before units are chosen": UNITS},
+    ),
+    "reference": (lambda: reference.OPERATIONS, GIVEN),
+    "balls": (
+        lambda: balls.OPERATIONS,
+        GIVEN | {"few graphs with units need it: numbers of the reference do": UNITS},
+    ),
+    "enclosures": (lambda: enclosures.ENCLOSURES, {"the range of an input is given": {"input"}}),
+    "doubles": (lambda: doubles.OPERATIONS, {"samples of an input are given": {"input"}}),
+    "roundings": (lambda: roundings.ERRORS, {"only what a plan may hold is judged": FUNCTIONS}),
+    "single precision": (lambda: by(lambda o, p: calculated(SingleSystem(), SINGLE, o, p)), OUTSIDE_UNITS),
+    "fixed point": (lambda: by(lambda o, p: calculated(FixedSystem(24), FIXED, o, p)), OUTSIDE_UNITS),
+    "CAU": (lambda: by(executed), UNITS_ALONE),
+    "C of single precision": (
+        lambda: by(lambda o, p: written(CSinglePrecision(SingleSystem()), SINGLE, o, p)),
+        OUTSIDE_UNITS,
+    ),
+    "C of fixed point": (
+        lambda: by(lambda o, p: written(CFixedPoint(FixedSystem(24)), FIXED, o, p)),
+        OUTSIDE_UNITS,
+    ),
+    "C of units": (lambda: by(unit_written, Level.UNIT), UNITS_ALONE),
+    "formulas": (lambda: formulas.WRITERS, IN_PLANS),
+    "signs in pictures": (lambda: SYMBOLS, IN_PLANS | {"shown with their constants": {"cmul", "shift"}}),
+    "error models": (lambda: operator_models.MODELS, IN_PLANS),
+    "kinds of units": (lambda: by(performed), IN_PLANS),
+    "causes of invalid samples": (
+        lambda: causes.REASONS,
+        {"it always has a value": TOTAL, "no equation has units": UNITS},
+    ),
+    "functions of problem files": (
+        lambda: syntax.FUNCTIONS,
+        {
+            "names and numbers": LEAVES,
+            "written with signs": {"add", "sub", "mul", "div", "neg", "pow"},
+            "made by rewriting": {"cmul", "shift", "flip", "select", "guard"},
+            "an option of an output": {"wrap"},
+            "a block of the file": {"solve", "solve_pair"},
+            "chosen by selection": UNITS,
+        },
+    ),
+}
+"""Where operations are told apart: which are known there, and, by the reason, which are not."""
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_each_operation_is_known_or_it_is_said_why_not(place: str) -> None:
+    knows, lacks = PLACES[place]
+    known = set(knows())
+    assert known == set(OPS) - set().union(*lacks.values())
+
+
+@pytest.mark.parametrize("name", shipped_targets())
+def test_costs_are_those_of_the_units(name: str) -> None:
+    target = load_target(name)
+    costs = Costs.of(target, implicit=target.has_implicit)
+    for op, params in cases(Level.ARITHMETIC, Level.UNIT):
+        kinds = target.kinds_for(function_name(op, OPS[op].named(params).get("m")))
+        if kinds:
+            unit = target.units[kinds[0]]
+            assert costs.cycles(op, costs.caus(op)) == unit.latency, op
+            assert costs.size(op, costs.caus(op)) == round(AREA_STEP * unit.area), op
+
+
+@pytest.mark.parametrize("case", cases(*Level), ids=str)
+def test_each_operation_is_well_formed_and_reads_back(case: Case) -> None:
+    graph = graph_of(*case)
+    verify(graph)
+    assert parse_graph(print_graph(graph)) == graph
