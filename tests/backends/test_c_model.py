@@ -196,7 +196,7 @@ def test_hostile_names_and_texts(tmp_path: Path) -> None:
 @needs_compiler
 def test_without_main_it_is_a_library(tmp_path: Path) -> None:
     files = c_model.files(planar())
-    build(files, tmp_path, "-c", "-DCORDICC_NO_MAIN")
+    assert build(files, tmp_path, "-c", "-DCORDICC_NO_MAIN").exists()
 
 
 @needs_compiler
