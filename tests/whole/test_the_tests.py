@@ -21,7 +21,10 @@ PRIVATE = re.compile(r"(^|\.)_[a-zA-Z]\w*(?<!_)$")
 
 NAMED_TUPLES = {"_asdict", "_fields", "_replace"}
 ASSERTING = {"raises", "warns", "fail", "golden", "verify", "verify_bare"}
-"""Calls that fail a test, the verifiers of the package among them, besides those of `numpy.testing` and of functions with an `assert` in them."""
+"""Calls that fail a test, the verifiers of the package among them.
+
+So do those of `numpy.testing`, and of functions with an `assert` in them.
+"""
 
 
 @cache
