@@ -13,10 +13,6 @@ from hypothesis import settings
 
 from tests.support import plans, selection
 
-# The same examples in every run: a failure in CI is one that everybody can repeat.
-settings.register_profile("repeatable", derandomize=True)
-settings.load_profile("repeatable")
-
 TESTS = Path(__file__).resolve().parent
 
 Golden = Callable[[str, str], None]
@@ -32,7 +28,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the folder of compiled plans; workers of xdist start later, with it in their environment."""
+    """Choose the number of examples, and make the folder of compiled plans.
+
+    Workers of xdist start later, with the folder in their environment.
+    """
+    # The same examples in every run: a failure in CI is one that everybody can repeat.
+    settings.load_profile("quick" if config.option.markexpr == "not exhaustive" else "everything")
     if plans.FOLDER not in os.environ:
         os.environ[plans.FOLDER] = tempfile.mkdtemp(prefix="cordicc-plans-")
         config.add_cleanup(lambda: shutil.rmtree(os.environ.pop(plans.FOLDER)))

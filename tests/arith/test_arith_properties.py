@@ -15,6 +15,7 @@ from cordicc.ir.meaning.enclosures import result_ranges
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs as reference
 from cordicc.ir.ops import OPS, Level
+from tests.support.selection import examples
 from tests.support.single_unit import SingleUnit
 
 SYSTEM = SingleSystem()
@@ -112,7 +113,7 @@ def parameters(op):
 
 @pytest.mark.parametrize("op", [d.name for d in OPS.values() if d.name != "input"])
 @given(data=st.data())
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 def test_intervals_hold_every_value(op, data):
     definition = OPS[op]
     params = data.draw(parameters(op))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from cordicc.arith.numbers.fixed_point import ROUNDINGS, FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import Signal
+from tests.support.selection import examples
 
 OPERATIONS = {
     "add": lambda a, b: a + b,
@@ -51,7 +52,7 @@ def rounded(value, format_):
 
 @pytest.mark.parametrize("op", OPERATIONS)
 @given(data=st.data())
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 def test_operations_of_any_formats(op, data):
     first, second, result = data.draw(formats()), data.draw(formats()), data.draw(formats())
     a, b = data.draw(signals(first)), data.draw(signals(second))
@@ -62,7 +63,7 @@ def test_operations_of_any_formats(op, data):
 
 
 @given(formats(), st.floats(allow_nan=True, allow_infinity=True))
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=examples(500))
 def test_values_are_rounded_once(format_, value):
     (word,) = format_.encode(np.array([value])).tolist()
     exact = Fraction(value) if math.isfinite(value) else None
@@ -70,7 +71,7 @@ def test_values_are_rounded_once(format_, value):
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 def test_a_change_of_format_through_integers_and_through_floats_is_the_same(data):
     source, target = data.draw(formats()), data.draw(formats())
     signal = data.draw(signals(source))

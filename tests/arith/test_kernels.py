@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cordicc.arith.kernels import micro_rotations, shift_sequences
 from cordicc.arith.kernels.shift_sequences import COORDINATE_BITS, FACTOR_BITS
 from cordicc.studies import scaled_kernels
-from tests.support.selection import quick
+from tests.support.selection import examples, quick
 
 SAFE_BITS = 3
 """A start of 1 grows below 8 in every kernel: gain up to 2.72, norm up to sqrt 2, hyperbolic exp(1.12)."""
@@ -63,7 +63,7 @@ def runs(draw, name, m):
 
 @pytest.mark.parametrize(("name", "m"), quick(CASES, *CASES[::2]), ids=lambda v: str(v))
 @given(data=st.data())
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 def test_every_kernel_is_the_same_on_int64_and_on_python_integers(name, m, data):
     table, columns = data.draw(runs(name, m))
     kernel = UNITS[name][0]
@@ -90,7 +90,7 @@ def test_the_bits_of_coordinates_do_not_change_the_result(data):
 
 
 @given(st.integers(0, 44), st.integers(0, 43), st.integers(1, 62), st.data())
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=examples(400))
 def test_products_round_half_up_in_either_arithmetic(value_bits, constant_bits, shift, data):
     largest, limit = 1 << value_bits, 1 << constant_bits
     constant = data.draw(st.integers(1 - limit, limit - 1))

@@ -27,6 +27,7 @@ from cordicc.targets.target_file import (
 )
 from tests.support.command_line import run
 from tests.support.paths import ROOT
+from tests.support.selection import examples
 
 PROBLEMS = sorted(
     [*(ROOT / "examples").glob("*.yaml"), *(ROOT / "tests" / "whole" / "corpus").glob("*.yaml")]
@@ -233,7 +234,7 @@ STRANGE = (
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.data())
 def test_what_the_schema_refuses_the_loader_refuses(data: st.DataObject) -> None:
     """Whatever is changed in a valid file, an editor raises no false alarm."""
@@ -296,7 +297,7 @@ TARGET_VALUES = (
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.data())
 def test_what_the_target_schema_refuses_the_loader_refuses(
     tmp_path_factory: Any, data: st.DataObject

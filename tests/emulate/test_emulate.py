@@ -12,8 +12,9 @@ from cordicc.plan.model import Operand, Plan
 from cordicc.plan.netlist import FifoEnd, InputWord
 from cordicc.schedule.solver.fifo_lp import solve
 from tests.support.random_plans import FORMAT, FakeArithmetic, Flow, flows, samples, with_interval
+from tests.support.selection import examples
 
-relaxed = settings(deadline=None, max_examples=100)
+relaxed = settings(deadline=None, max_examples=examples(100))
 ARITHMETIC = FakeArithmetic()
 
 # o2 joins a short and a long way from i; the second output is i itself.

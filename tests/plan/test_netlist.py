@@ -16,6 +16,7 @@ from cordicc.schedule.control import controlled
 from cordicc.schedule.solver.fifo_lp import solve
 from tests.support import hand_plans
 from tests.support.random_plans import Flow, flows, with_interval
+from tests.support.selection import examples
 
 STEPS = 4
 
@@ -84,7 +85,7 @@ class Clocked:
         return {self.netlist.results[name].driver: (name, step) for name in named} if any(operands) else {}
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(flows(), st.integers(1, 4), st.booleans())
 def test_every_port_and_output_takes_its_value_of_its_sample(flow: Flow, interval: int, share: bool) -> None:
     plan = machine(flow.plan(solve(flow.problem())), interval, share)
@@ -122,7 +123,7 @@ def constants_alone(plan: Plan) -> set[str | None]:
     return found
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(flows(), st.integers(1, 4))
 def test_the_control_words_are_those_that_verification_expects(flow: Flow, interval: int) -> None:
     plan = machine(flow.plan(solve(flow.problem())), interval, share=True)
@@ -133,7 +134,7 @@ def test_the_control_words_are_those_that_verification_expects(flow: Flow, inter
     assert Netlist.of(given).operands == Netlist.of(plan).operands
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(flows(), st.integers(1, 4))
 def test_spans_fit_depths_and_cover_every_wait(flow: Flow, interval: int) -> None:
     plan = machine(flow.plan(solve(flow.problem())), interval, share=False)

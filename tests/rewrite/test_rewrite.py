@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from tests.support.pass_graphs import NAMES, assert_same, build, rewritten, samples
+from tests.support.selection import examples
 
 UNARY = (
     *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
@@ -245,7 +246,7 @@ def emit(builder: Builder, expression) -> Value:
 SHAKES = 12
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(EXPRESSIONS)
 def test_any_expression_keeps_its_meaning(expression) -> None:
     """Values and validity agree, save where the expression itself hangs on the last of 113 bits."""

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cordicc.rewrite.exact.field import Element, Field, TooLarge, monic, square_root_of
+from tests.support.selection import examples
 
 
 def field() -> tuple[Field, Element, Element]:
@@ -64,7 +65,7 @@ def test_cosine_and_sine_are_a_pair(m: int) -> None:
     assert f.add(f.mul(c, c), f.scale(Fraction(m), f.mul(s, s))).constant == 1
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.sampled_from([1, -1]), st.floats(-1, 1), st.lists(st.integers(-3, 3), min_size=4, max_size=4))
 def test_display_keeps_the_value(m: int, angle: float, factors: list[int]) -> None:
     f, x, _ = field()
@@ -130,7 +131,7 @@ STEPS = st.lists(st.tuples(st.sampled_from("+-*/"), st.integers(0, 6)), min_size
 
 
 @given(STEPS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_elements_stay_in_lowest_terms(steps: list[tuple[str, int]]) -> None:
     f = Field(6, 3, 3)
     known = parts(f)
@@ -148,7 +149,7 @@ def test_elements_stay_in_lowest_terms(steps: list[tuple[str, int]]) -> None:
 
 
 @given(STEPS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_least_number_of_displayed_terms(steps: list[tuple[str, int]]) -> None:
     f = Field(6, 3, 3)
     known = parts(f)

@@ -24,8 +24,9 @@ from cordicc.schedule.solver.shift import improve
 from cordicc.schedule.solver.symmetry import exchanges
 from tests.support.every_schedule import every_schedule
 from tests.support.random_plans import Flow, flows
+from tests.support.selection import examples
 
-relaxed = settings(deadline=None, max_examples=60)
+relaxed = settings(deadline=None, max_examples=examples(60))
 UNITS = Goal("processors", {"mix": 1})
 
 
@@ -238,7 +239,7 @@ def test_symmetries_cost_nothing(flow: Flow, interval: int) -> None:
     assert all(solved.optimal.values())
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(flows(most_operations=12, most_latency=9), st.integers(2, 6))
 def test_neighbourhoods_keep_what_holds_and_lose_no_words(flow: Flow, interval: int) -> None:
     problem = replace(flow.problem(), interval=interval)

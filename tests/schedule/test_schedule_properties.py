@@ -10,8 +10,9 @@ from cordicc.schedule.solver.fifo_lp import solve
 from cordicc.schedule.solver.scheduling_problem import InfeasibleError, SchedulingProblem, fifo_words, waits
 from tests.support.every_schedule import every_schedule
 from tests.support.random_plans import Flow, flows
+from tests.support.selection import examples
 
-relaxed = settings(deadline=None, max_examples=150)
+relaxed = settings(deadline=None, max_examples=examples(150))
 
 
 @relaxed

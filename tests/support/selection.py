@@ -1,4 +1,4 @@
-"""Which cases of a test are quick, and which are exhaustive."""
+"""Which cases of a test are quick, and which are exhaustive; how many examples a property is tried on."""
 
 from __future__ import annotations
 
@@ -6,6 +6,13 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import pytest
+from hypothesis import settings
+
+USUAL_EXAMPLES, QUICK_EXAMPLES = 100, 25
+"""Examples on which a property is tried, in a run of everything and in the quick selection."""
+
+settings.register_profile("everything", derandomize=True, deadline=None, max_examples=USUAL_EXAMPLES)
+settings.register_profile("quick", derandomize=True, deadline=None, max_examples=QUICK_EXAMPLES)
 
 WITHOUT_QUICK_CASE = pytest.StashKey[list[str]]()
 """In the configuration of pytest: the tests without one, of those that were collected."""
@@ -20,6 +27,11 @@ def without_quick_case(items: Sequence[pytest.Item]) -> list[str]:
         name = item.nodeid.partition("[")[0]
         quick[name] = quick.get(name, False) or known or not marks
     return [name for name, found in quick.items() if not found]
+
+
+def examples(count: int) -> int:
+    """Return how many of so many examples are tried in this run, in `settings` of a property."""
+    return count * settings.default.max_examples // USUAL_EXAMPLES
 
 
 def quick(cases: Iterable[Any], *chosen: Any) -> list[Any]:

@@ -8,19 +8,19 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from tests.support.fuzzing import TARGETS, compiled, loaded, plan_texts
-from tests.support.selection import quick
+from tests.support.selection import examples
 
 CASES = {"problem text": 80, "compile": 8, "plan reader": 120}
-"""About six seconds each."""
+"""Examples of a run of everything; about six seconds each."""
 
 
-@pytest.mark.parametrize("name", quick(TARGETS, "problem text", "compile"))
+@pytest.mark.parametrize("name", TARGETS)
 def test_ends_well(name: str) -> None:
     target = TARGETS[name]
 
     # A find is shown as it is: making a problem smaller takes minutes of compiling.
     @settings(
-        max_examples=CASES[name],
+        max_examples=examples(CASES[name]),
         deadline=None,
         suppress_health_check=list(HealthCheck),
         database=None,

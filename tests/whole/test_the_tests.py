@@ -20,8 +20,11 @@ PRIVATE = re.compile(r"(^|\.)_[a-zA-Z]\w*(?<!_)$")
 """A name or dotted name that ends privately; `_repr_svg_` and its like are for notebooks to call."""
 
 NAMED_TUPLES = {"_asdict", "_fields", "_replace"}
-ASSERTING = {"raises", "warns", "fail", "golden"}
-"""Calls that fail a test, besides those of `numpy.testing` and of functions with an `assert` in them."""
+ASSERTING = {"raises", "warns", "fail", "golden", "verify", "verify_bare"}
+"""Calls that fail a test, the verifiers of the package among them.
+
+So do those of `numpy.testing`, and of functions with an `assert` in them.
+"""
 
 
 @cache
