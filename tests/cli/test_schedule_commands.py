@@ -49,6 +49,7 @@ GRAPH: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.exhaustive(reason="proves the schedules of five intervals; others are proven in test_goals")
 def test_the_wheel_from_pipelined_to_one_cau() -> None:
     caus = planned("wheel_suspension", "imscor24").processors()["total"]
     for interval in range(1, caus + 1):
@@ -186,6 +187,7 @@ def test_rate() -> None:
             interval_for(target, rate)
 
 
+@pytest.mark.exhaustive(reason="copies have tests of their own in tests/plan")
 def test_copies_share_the_units() -> None:
     base = planned("quadruped_leg")
     four = place(replicated(base, 4), Limits(initiation_interval=16, effort=LIGHT))
