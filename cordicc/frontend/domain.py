@@ -8,18 +8,15 @@ import numpy as np
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
 from cordicc.frontend.poles import find_poles
-from cordicc.ir import sampling
 from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.forward import value_ranges
+from cordicc.ir.sampling import draw_with_corners
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
-
-_CORNERS = 256
-"""Corners of the ranges that are looked at besides."""
 
 _FEWEST = 32
 """Samples on which they are looked for in any case."""
@@ -33,22 +30,13 @@ def _within(work: int, graph: Graph, samples: int) -> int:
     return max(_FEWEST, min(samples, work // max(1, len(graph.nodes))))
 
 
-def input_samples(problem: Problem, count: int) -> dict[str, np.ndarray]:
-    """Return random inputs and corners of the ranges besides, or rows of the problem's own samples."""
-    samples = sampling.draw(problem.workspace, count, 0)
-    if problem.samples is not None:
-        return samples
-    corners = _corners(problem)
-    return {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
-
-
 def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     """Look for inputs outside the domain of the equations, at random and at the corners of the ranges.
 
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
-    samples = input_samples(problem, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
+    samples = draw_with_corners(problem.workspace, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
     _check_hyperbolic_case(problem, source, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [
@@ -71,17 +59,6 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     first = "a condition" if culprit.op == "guard" else f"'{culprit.op}'"
     message = f"about {share:.1%} of the inputs are outside the domain of the equations, first at {first}"
     return [place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
-
-
-def _corners(problem: Problem) -> dict[str, np.ndarray]:
-    """Return corners of the box of the ranges: all of up to `_CORNERS`, else as many random ones."""
-    names = [spec.name for spec in problem.inputs]
-    if 2 ** len(names) <= _CORNERS:
-        bits = (np.arange(2 ** len(names))[:, None] >> np.arange(len(names))) & 1
-    else:
-        bits = np.random.Generator(np.random.PCG64(0)).integers(0, 2, (_CORNERS, len(names)))
-    ends = {spec.name: (float(spec.lo), float(spec.hi)) for spec in problem.inputs}
-    return {name: np.where(bits[:, i] == 1, ends[name][1], ends[name][0]) for i, name in enumerate(names)}
 
 
 def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from cordicc.base.arrays import Floats
+
+_CORNERS = 256
+"""Corners of the ranges that are looked at besides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,25 @@ def draw(workspace: Workspace, count: int, seed: int) -> dict[str, Floats]:
     The generator is NumPy's PCG64 with the given seed, the inputs in order of declaration.
     """
     return next(draw_parts(workspace, count, seed, count))
+
+
+def draw_with_corners(workspace: Workspace, count: int) -> dict[str, Floats]:
+    """Draw samples with seed 0, and corners of the ranges besides; of the problem's own samples rows alone."""
+    samples = draw(workspace, count, 0)
+    if workspace.rows is not None:
+        return samples
+    corners = _corners(workspace.ranges)
+    return {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
+
+
+def _corners(ranges: Mapping[str, tuple[float, float]]) -> dict[str, Floats]:
+    """Return corners of the box of the ranges: all of up to `_CORNERS`, else as many random ones."""
+    count = len(ranges)
+    if 2**count <= _CORNERS:
+        bits = (np.arange(2**count)[:, None] >> np.arange(count)) & 1
+    else:
+        bits = np.random.Generator(np.random.PCG64(0)).integers(0, 2, (_CORNERS, count))
+    return {name: np.where(bits[:, i] == 1, hi, lo) for i, (name, (lo, hi)) in enumerate(ranges.items())}
 
 
 def draw_parts(workspace: Workspace, count: int, seed: int, part: int) -> Iterator[dict[str, Floats]]:

@@ -18,7 +18,6 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Unattainable
 from cordicc.emulate.climb import climb, climbing
-from cordicc.frontend.domain import input_samples
 from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.doubles import all_results
@@ -28,6 +27,7 @@ from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import refreshed, value_ranges
 from cordicc.ir.ranges.subdivision import Tightness, tightened
+from cordicc.ir.sampling import draw_with_corners
 
 _SAMPLES = 400
 _WORK = 150_000
@@ -60,7 +60,7 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
     Raises:
         Unattainable: a value grows past every format (E412).
     """
-    samples = input_samples(problem, _SAMPLES)
+    samples = draw_with_corners(problem.workspace, _SAMPLES)
     inputs = {Value(index) for index, node in enumerate(graph.nodes) if node.op == "input"}
     values = [v for v in sorted(graph.used_results() | inputs) if graph.constant(v) is None]
     columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)

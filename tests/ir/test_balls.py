@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cordicc.frontend.domain import input_samples
 from cordicc.frontend.load import load_problem
 from cordicc.ir.graph import Builder, Graph
 from cordicc.ir.meaning import balls, reference
 from cordicc.ir.ops import OPS, Level
+from cordicc.ir.sampling import draw_with_corners
 from tests.support.operations import cases, graph_of
 from tests.support.paths import ROOT
 
@@ -41,7 +41,7 @@ def test_the_same_doubles(op: str, params: tuple) -> None:
 @pytest.mark.parametrize("path", PROBLEMS, ids=lambda p: p.stem)
 def test_examples(path: Path) -> None:
     problem = load_problem(path).problem
-    inputs = input_samples(problem, 100)
+    inputs = draw_with_corners(problem.workspace, 100)
     count = len(next(iter(inputs.values())))
     results, decided = balls.ball_outputs(problem.graph, inputs, count)
     assert np.array_equal(results[:, decided], rounded(problem.graph, inputs)[:, decided], equal_nan=True)

@@ -90,13 +90,13 @@ def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> No
     ],
 )
 def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) -> None:
-    from cordicc.frontend.domain import input_samples
     from cordicc.ir.problem import input_intervals
+    from cordicc.ir.sampling import draw_with_corners
 
     loaded = read_problem(CORPUS / f"{name}.yaml")
     graph = rewrite(loaded.problem, load_target("fixed24"), implicit=True, goal="processors").graph
     values = sorted(graph.used_results())
-    samples = input_samples(loaded.problem, 300)
+    samples = draw_with_corners(loaded.problem.workspace, 300)
     columns, valid = reference_outputs(Graph(graph.nodes, {str(i): v for i, v in enumerate(values)}), samples)
     goals = {v: Tightness(float(np.max(np.abs(columns[str(i)][valid])))) for i, v in enumerate(values)}
     enclosures = contracted(graph, value_ranges(graph, input_intervals(loaded.problem)))
