@@ -1,6 +1,6 @@
 """What the CORDIC operations do to intervals and errors: values, partial derivatives, own error.
 
-All quantities hold for operands anywhere in given boxes, see `models`.
+All quantities hold for operands anywhere in given boxes, see `operator_models`.
 
 Derivatives. Circular vectoring, N the norm: N has (x, y)/N, the angle (-y, x)/N^2; hyperbolic (x, -y)/N and
 (-y, x)/N^2; the quotient y/x has (-q, 1)/x. sqrt(u v) has (v, u)/(2 root), ln(u/v)/2 has (1/u, -1/v)/2. For

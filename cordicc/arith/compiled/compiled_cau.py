@@ -99,7 +99,7 @@ class CompiledCau(Cau):
 
 @cache
 def _steps(table: StepTable) -> tuple[Any, ...]:
-    """Return the constants of iterations in the form of `compiled_steps.Steps`."""
+    """Return the constants of iterations in the form of `step_loops.Steps`."""
     bits = table.coordinate_bits
     factors = [(factor, *_limbs(factor, FACTOR_BITS, bits)) for factor in table.target_factors]
     columns = np.array(factors, dtype=np.int64).reshape(-1, 3).T
@@ -111,7 +111,7 @@ def _steps(table: StepTable) -> tuple[Any, ...]:
 
 @cache
 def _reduction(angle_bits: int) -> tuple[Any, ...]:
-    """Return the constants of the circular reduction in the form of `compiled_units.Reduction`."""
+    """Return the constants of the circular reduction in the form of `unit_loops.Reduction`."""
     heads, tails = phase_constants()
     shift = TAU_BITS + 3
     tau = pi_fixed(TAU_BITS + 1)
