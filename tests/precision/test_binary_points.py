@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cordicc
+from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Unattainable
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.intervals import Interval
@@ -111,7 +112,7 @@ def test_contracted_and_tightened_enclosures_hold_every_valid_sample(name: str) 
 def test_formats_hold_the_proven_range_and_no_more() -> None:
     plan = compiled(CORPUS / "planar_2r.yaml", target="fixed24")
     guard = plan.arithmetic.spec["format"]["guard"]
-    assert plan.formats.outputs == {name: {"width": 24, "fraction": 21} for name in ("q1", "q2")}
+    assert plan.formats.outputs == dict.fromkeys(("q1", "q2"), BinaryPoint(24, 21))
     inputs = {item.name: item for item in plan.problem.inputs}
     for name, spec in plan.formats.values.items():
         assert spec.width in (24, 24 + guard)

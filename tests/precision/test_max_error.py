@@ -46,7 +46,7 @@ def test_bounds_meet_what_is_demanded(folder: Path, name: str) -> None:
         for output in plan.outputs:
             bound = plan.accuracy[output].bound
             assert bound is not None
-            assert bound["value"] <= error
-            if not bound["conditions"]:
+            assert bound.value <= error
+            if not bound.conditions:
                 assert plan.accuracy[output].observed.max <= bound.value
     assert width(fine) > width(coarse)

@@ -32,4 +32,4 @@ def test_passes_and_summary(case: str, golden, tmp_path: Path) -> None:
 
 def test_picture_of_the_readme(golden) -> None:
     plan = cordicc.compile(EXAMPLES / "wheel_beta.yaml", target="imscor24", units="standard")
-    golden("../../docs/wheel_beta_imscor24.svg", datapath.render(plan))
+    golden("../../../docs/wheel_beta_imscor24.svg", datapath.render(plan))
