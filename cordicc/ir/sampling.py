@@ -34,7 +34,7 @@ def draw(workspace: Workspace, count: int, seed: int) -> dict[str, Floats]:
 
 
 def draw_with_corners(workspace: Workspace, count: int) -> dict[str, Floats]:
-    """Draw samples with seed 0, and corners of the ranges besides; of the problem's own samples rows alone."""
+    """Draw samples with seed 0, and corners of the ranges besides; of own samples rows alone."""
     samples = draw(workspace, count, 0)
     if workspace.rows is not None:
         return samples
