@@ -99,6 +99,7 @@ def test_bound_needs_a_convergent_circular_sequence():
             implicit_residual_bound(sequence, 20, ANGLE_BITS)
 
 
+@pytest.mark.exhaustive(reason="a sample of many inputs; that all end within the bound is tried quickly")
 def test_paper_rule_fails_on_a_share_of_the_sample():
     """Eq. 9 with the vector scaled by 1 - eta 2^-2S: some 0.65 % end above 1e-4, 6.5 times the last angle."""
     sequence = shift_sequences.krieger96()

@@ -19,11 +19,10 @@ from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.sampling import Workspace
 from tests.support.command_line import run
+from tests.support.corpus import PROBLEMS, VARIED
 from tests.support.paths import CORPUS, EXAMPLES
 from tests.support.plans import compiled
-from tests.support.selection import slow
-
-PROBLEMS = sorted(path.stem for path in CORPUS.glob("*.yaml") if not path.stem.startswith("rej_"))
+from tests.support.selection import quick, slow
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +81,7 @@ def test_parts_and_reference_change_no_figure(plan: cordicc.Plan) -> None:
             assert report.worst[name][0].inputs == {n: c[observed.at] for n, c in samples.items()}
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
 def test_screening_is_near_the_reference(name: str) -> None:
     problem, _ = cordicc.check(CORPUS / f"{name}.yaml")
     with (CORPUS / f"{name}.inputs.csv").open(encoding="utf-8") as text:

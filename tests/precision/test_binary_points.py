@@ -83,7 +83,7 @@ def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> No
     "name",
     [
         "planar_2r_solve",
-        "catenary_two_supports",
+        slow("catenary_two_supports"),
         "double_wishbone_2d",
         slow("humanoid_leg_6dof"),
         "lorentz_boost",
@@ -256,7 +256,7 @@ def test_words_are_not_finer_than_the_units_that_make_them(
 
 
 @pytest.mark.parametrize("width", quick([10, 16, 26, 28], 28))
-@pytest.mark.parametrize("rounding", ["half-up", "half-even", slow("floor")])
+@pytest.mark.parametrize("rounding", ["half-up", slow("half-even"), slow("floor")])
 def test_targets_of_other_widths(tmp_path: Path, width: int, rounding: str) -> None:
     from cordicc.targets.target_file import target_text
 

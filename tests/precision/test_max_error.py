@@ -39,7 +39,7 @@ def width(plan: cordicc.Plan) -> int:
     return max(each.width for each in plan.formats.values.values())
 
 
-@pytest.mark.parametrize("name", quick(PROBLEMS, "examples/wheel_suspension"))
+@pytest.mark.parametrize("name", quick(["examples/wheel_beta", *PROBLEMS], "examples/wheel_beta"))
 def test_bounds_meet_what_is_demanded(folder: Path, name: str) -> None:
     coarse, fine = (planned(folder, name, error) for error in (1e-4, 1e-6))
     for plan, error in ((coarse, 1e-4), (fine, 1e-6)):
