@@ -59,7 +59,7 @@ def test_the_wheel_from_pipelined_to_one_cau() -> None:
         assert plan.processors()["total"] == -(-caus // interval)
 
 
-@pytest.mark.parametrize("name", ["wheel_suspension", "planar_2r", slow("scara"), slow("delta")])
+@pytest.mark.parametrize("name", [slow("wheel_suspension"), "planar_2r", slow("scara"), slow("delta")])
 @pytest.mark.parametrize("interval", [slow(2), 5, slow(16)])
 def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: int) -> None:
     plan = cordicc.Plan.of(planned(name, initiation_interval=interval))
@@ -208,6 +208,7 @@ def test_effort_scales_all_work_and_is_recorded(tmp_path: Path) -> None:
     assert run("compile", file, "--effort", "0").exit_code == 2
 
 
+@pytest.mark.exhaustive(reason="schedules twice; pictures of shared units are drawn in tests/backends")
 def test_the_chart_of_slots_does_not_grow_with_the_latency() -> None:
     plan = planned("wheel_suspension", initiation_interval=4)
     picture = schedule_chart.render(plan)

@@ -17,15 +17,21 @@ from cordicc.schedule.place import scheduling_problem
 from cordicc.targets.target import CAU_KINDS
 from tests.support.paths import EXAMPLES
 from tests.support.plans import compiled, planned
+from tests.support.selection import slow
+
+
+@pytest.fixture(scope="module", params=["wheel_beta", slow("wheel_suspension")])
+def problem(request: pytest.FixtureRequest) -> Path:
+    return EXAMPLES / f"{request.param}.yaml"
 
 
 @pytest.fixture(scope="module")
-def pair() -> cordicc.Plan:
-    return compiled(EXAMPLES / "wheel_suspension.yaml", ii=4, copies=2, effort=0.1)
+def pair(problem: Path) -> cordicc.Plan:
+    return compiled(problem, ii=4, copies=2, effort=0.1)
 
 
-def test_copies_share_the_units(pair: cordicc.Plan) -> None:
-    one = planned(EXAMPLES / "wheel_suspension.yaml", ii=4)
+def test_copies_share_the_units(pair: cordicc.Plan, problem: Path) -> None:
+    one = planned(problem, ii=4)
     verify(pair)
     assert len(pair.operations) == 2 * len(one.operations)
     counts = [sum(o.kind == kind for o in pair.operations) for kind in CAU_KINDS]
@@ -33,8 +39,8 @@ def test_copies_share_the_units(pair: cordicc.Plan) -> None:
     assert all(pair.optimal.values())
 
 
-def test_each_copy_computes_what_the_problem_does(pair: cordicc.Plan) -> None:
-    one = planned(EXAMPLES / "wheel_suspension.yaml")
+def test_each_copy_computes_what_the_problem_does(pair: cordicc.Plan, problem: Path) -> None:
+    one = planned(problem)
     samples = draw(pair.problem.workspace, 60, 2)
     together = pair.simulate(samples)
     clocked = pair.simulate(samples, cycle_accurate=True)

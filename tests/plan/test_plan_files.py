@@ -68,7 +68,7 @@ def replaced(data: Any, path: tuple[Any, ...], new: Any) -> Any:
     return copy
 
 
-@pytest.mark.parametrize("hostile", quick(HOSTILE, "1e400", "-1", "null"))
+@pytest.mark.parametrize("hostile", quick(HOSTILE, "1e400", "null"))
 def test_every_place_by_a_hostile_value(base: dict[str, Any], hostile: str) -> None:
     accepted = []
     refused = []

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from cordicc.pipeline import Options, compile_file
+from tests.support.selection import slow
 
 LEG = """
 inputs: {x: [0.02, 0.2], y: [0.02, 0.2]}
@@ -14,7 +15,7 @@ outputs: {q: {max_error: %s}}
 """
 
 
-@pytest.mark.parametrize(("error", "warned"), [("1e-5", True), ("3", False)])
+@pytest.mark.parametrize(("error", "warned"), [("1e-5", True), slow(("3", False))])
 def test_exceptions_are_told(tmp_path: Path, error: str, warned: bool) -> None:
     """Near the stretched and the folded leg the angle moves far with small errors."""
     (tmp_path / "p.yaml").write_text(LEG % error, encoding="utf-8")

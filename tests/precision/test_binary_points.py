@@ -148,6 +148,7 @@ def test_a_range_that_is_not_proven_is_told() -> None:
     assert all(w.span is not None and w.hint for w in found.warnings)
 
 
+@pytest.mark.exhaustive(reason="compiles two chains; fixed24 chooses guard bits for each quick plan too")
 def test_guard_bits_follow_the_length_of_the_chain() -> None:
     plain = compiled(CORPUS / "magnetic_encoder.yaml", target="fixed24")
     chained = compiled(CORPUS / "planar_3r.yaml", target="fixed24")
