@@ -1,6 +1,6 @@
 """The compiler, stage by stage.
 
-What not every run needs, the proof of bounds, is imported where it is used, for a quick start.
+The proof of bounds, which not every run needs, is imported where it is used, for a quick start.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import draw_parts
+from cordicc.plan.file import BROKEN
 from cordicc.plan.model import Plan
 
 BOUND = "bound_"
@@ -151,7 +152,7 @@ def _with_own_bounds(
     """
     try:
         net = network(plan)
-    except (AssertionError, LookupError, ValueError):
+    except BROKEN:
         message = "the plan has no unit program of its operations, without which nothing can be proven"
         raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
 

@@ -123,7 +123,12 @@ def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float
             for operand in operation.operands
         ]
         results = arithmetic.execute(
-            operation.op, operation.params, operation.kind, operands, formats.of_results(operation)
+            operation.op,
+            operation.params,
+            operation.kind,
+            operands,
+            formats.of_results(operation),
+            operation.angle,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

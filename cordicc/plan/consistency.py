@@ -6,7 +6,9 @@ from collections.abc import Iterable
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, NumberSystem
+from cordicc.ir.graph import Graph, Value
 from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
+from cordicc.ir.well_formed import verify
 from cordicc.plan.model import Operation, Plan
 
 MAX_INTERVAL = 1_000_000
@@ -49,6 +51,47 @@ def _check(operation: Operation) -> None:
     for name, param in operation.params.items():
         if not _ALLOWED[name](param):
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+
+
+def check_programs(plan: Plan) -> None:
+    """Raise if the graphs of the equations and of the operations are not sound or not those of the plan."""
+    program = plan.problem.program
+    verify(program)
+    inputs = {node.name for node in program.nodes if node.op == "input"}
+    if inputs != set(plan.problem.input_names):
+        raise ValueError("the inputs of the program differ")
+    if set(program.outputs) != set(plan.outputs):
+        raise ValueError("the outputs of the program differ")
+    if plan.unit_program is not None:
+        verify(plan.unit_program)
+        _check_unit_program(plan, plan.unit_program)
+
+
+def _check_unit_program(plan: Plan, graph: Graph) -> None:
+    """Raise ValueError if a graph is not that of the plan's operations, constants apart."""
+    made = [i for i, node in enumerate(graph.nodes) if node.definition.level is not Level.LEAF]
+    names = {index: f"o{number}" for number, index in enumerate(made, 1)}
+
+    def value(taken: Value) -> str | None:
+        node = graph.node(taken)
+        if node.op == "input":
+            return node.name
+        return None if node.op == "const" else f"{names[taken.node]}.{node.definition.results[taken.result]}"
+
+    operations = {operation.id: operation for operation in plan.operations}
+    if set(operations) != set(names.values()):
+        raise ValueError("the unit program has other operations")
+    for index, id in names.items():
+        node, operation = graph.nodes[index], operations[id]
+        same = node.op == operation.op
+        same = same and [value(v) for v in node.operands] == [item.value for item in operation.operands]
+        # A factor is exact in the graph, and a word in the plan.
+        same = same and all(operation.params[k] == v for k, v in node.named.items() if k != "factor")
+        if not same:
+            raise ValueError(f"{id} is another operation in the unit program")
+    taken = {name: value(v) for name, v in graph.outputs.items()}
+    if taken != {name: item.value for name, item in plan.outputs.items()}:
+        raise ValueError("the outputs of the unit program differ")
 
 
 def check_formats(plan: Plan) -> None:
@@ -101,7 +144,9 @@ def check_problem(plan: Plan) -> None:
         raise ValueError("the accuracy is of another output")
     for name, figures in plan.accuracy.items():
         seen = figures.observed
-        if seen.histogram and None in (seen.max, seen.rms):
+        if (seen.max is None) != (seen.rms is None):
+            raise ValueError(f"the errors of output '{name}' lack the largest or the rms error")
+        if seen.histogram and seen.max is None:
             raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
     columns = problem.samples
     if columns is not None:

@@ -19,6 +19,9 @@ MAX_ROWS = 100_000
 MAX_DIGITS = 18
 """Digits of an integer; whatever a plan counts is far below."""
 
+BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
+"""What parts of a plan that do not fit together raise where they meet."""
+
 _PARTS = ("units", "operations", "fifos")
 """What `--json` leaves out of the summary."""
 
@@ -82,7 +85,7 @@ def parse(text: str, name: str) -> Plan:
         raise refuse(f"not a valid plan: at {place}: {finding.message[:200]}")
     try:
         plan = plan_of(data, name)
-    except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except BROKEN as error:
         raise contradiction(_first_line(error), source) from None
     _check_derived(data, plan, source)
     return plan

@@ -185,18 +185,24 @@ def _spans(
     before = {sink: fifo for fifo in plan.fifos for sink in fifo.sinks}
     found: dict[str, tuple[int, int]] = {}
 
-    def span(fifo: Fifo, seen: tuple[str, ...]) -> tuple[int, int]:
-        if fifo.id not in found:
-            begin = results[fifo.value].operation.finish if fifo.value in results else 0
-            if fifo.id in before and before[fifo.id].id not in seen:
-                begin = span(before[fifo.id], (*seen, fifo.id))[1]
-            ends = [reading[sink] for sink in fifo.sinks if sink in reading]
-            end = min(ends, default=begin + fifo.depth * plan.initiation_interval)
-            found[fifo.id] = (begin, max(begin, end))
-        return found[fifo.id]
+    def span(fifo: Fifo) -> tuple[int, int]:
+        begin = results[fifo.value].operation.finish if fifo.value in results else 0
+        if fifo.id in before and before[fifo.id].id in found:
+            begin = found[before[fifo.id].id][1]
+        ends = [reading[sink] for sink in fifo.sinks if sink in reading]
+        end = min(ends, default=begin + fifo.depth * plan.initiation_interval)
+        return begin, max(begin, end)
 
     for fifo in plan.fifos:
-        span(fifo, (fifo.id,))
+        # From the head of the chain on, as far as it is not known yet.
+        way = {fifo.id: fifo}
+        while (last := before.get(next(reversed(way)))) is not None:
+            if last.id in found or last.id in way:
+                break
+            way[last.id] = last
+        for each in reversed(way.values()):
+            if each.id not in found:
+                found[each.id] = span(each)
     return found
 
 

@@ -254,7 +254,9 @@ def _read_target(data: dict[str, Any]) -> PlanTarget:
 
 def _read_options(data: dict[str, Any]) -> PlanOptions:
     known = {field.name for field in fields(PlanOptions)}
-    return PlanOptions(**{name: value for name, value in data.items() if name in known})
+    # The schema takes 2.0 for an integer; the work of searches is the one number that need not be whole.
+    whole = {name: int(value) for name, value in data.items() if type(value) is float and name != "effort"}
+    return PlanOptions(**{name: value for name, value in (data | whole).items() if name in known})
 
 
 def _read_point(data: dict[str, int]) -> BinaryPoint:
@@ -263,8 +265,6 @@ def _read_point(data: dict[str, int]) -> BinaryPoint:
 
 def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
     seen, bound = data["observed"], data["bound"]
-    if seen is None:
-        raise ValueError("an output has figures of accuracy, but no observed errors")
     rows = tuple((row[0], row[1]) for row in seen.get("histogram", ()))
     return OutputAccuracy(
         SeenErrors(seen["max"], seen["rms"], rows),
@@ -279,9 +279,13 @@ def _read_bound(data: dict[str, Any]) -> StatedBound:
         float(data["value"]),
         data["where"],
         data["share_of_samples"],
-        None if conditions is None else tuple(Predicate(**condition) for condition in conditions),
+        None if conditions is None else tuple(map(_read_condition, conditions)),
         data.get("own_bounds"),
     )
+
+
+def _read_condition(data: dict[str, Any]) -> Predicate:
+    return Predicate(data["kind"], data["threshold"], data["text"], data["operation"])
 
 
 def _read_unit(data: dict[str, Any]) -> Unit:

@@ -187,12 +187,13 @@ def _check_control(plan: Plan) -> None:
                 source[name] = f"unit {operation.unit}.{name.rpartition('.')[2]}"
     for unit in plan.units:
         if not unit.control and not unit.inputs:
+            _require(len(on.get(unit.id, ())) <= 1, f"{unit.id}: shared, but without control words")
             continue
         words = {word.operation: word for word in unit.control}
         held = [operation.id for operation in on.get(unit.id, ())]
         _require(sorted(words) == sorted(held), f"{unit.id}: control words of other operations")
         _require(len(words) == len(unit.control), f"{unit.id}: an operation has several control words")
-        for operation in on[unit.id]:
+        for operation in on.get(unit.id, ()):
             word = words[operation.id]
             _require(word.slot == operation.start % plan.initiation_interval, f"{operation.id}: wrong slot")
             _require(len(word.select) == len(operation.ports), f"{operation.id}: ports without a selection")

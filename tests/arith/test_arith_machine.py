@@ -28,7 +28,7 @@ def signals(*words):
 
 
 def run(op, *operands, kind="add", **params):
-    (result,) = ARITHMETIC.execute(op, params, kind, signals(*operands), [SINGLE])
+    (result,) = ARITHMETIC.execute(op, params, kind, signals(*operands), [SINGLE], None)
     return result.words.tolist()
 
 
@@ -135,12 +135,12 @@ def test_execute_refuses(op, params, kind, message):
     count = {"sin": 1, "cmul": 1, "guard": 2}.get(op, 3)
     results = 1 if count < 3 else 2
     with pytest.raises(ValueError, match=message):
-        ARITHMETIC.execute(op, params, kind, signals(*[[1]] * count), [SINGLE] * results)
+        ARITHMETIC.execute(op, params, kind, signals(*[[1]] * count), [SINGLE] * results, None)
 
 
 def test_a_result_that_nobody_takes_is_not_made():
     one = signals([1], [1], [1])
-    norm, angle = ARITHMETIC.execute("vector", {"m": 1, "sign": 1}, "standard", one, [None, SINGLE])
+    norm, angle = ARITHMETIC.execute("vector", {"m": 1, "sign": 1}, "standard", one, [None, SINGLE], 1)
     assert norm is None
     assert angle.format is SINGLE
 

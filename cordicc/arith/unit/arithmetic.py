@@ -57,7 +57,7 @@ class Arithmetic:
         kind: str,
         operands: Sequence[Signal],
         formats: Sequence[NumberFormat | None],
-        angle: int | None = None,
+        angle: int | None,
     ) -> tuple[Signal | None, ...]:
         """Execute an operation on words.
 

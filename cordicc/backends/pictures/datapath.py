@@ -34,9 +34,10 @@ def pieces(plan: Plan) -> list[str]:
 def _kept(plan: Plan, width: float | None) -> Diagram:
     """Return the datapath; placing and wiring take long, so the last one is kept."""
     global _drawn
-    if _drawn is None or _drawn[0] is not plan or _drawn[1] != width:
-        _drawn = plan, width, diagram(plan, width)
-    return _drawn[2]
+    last = _drawn
+    if last is None or last[0] is not plan or last[1] != width:
+        last = _drawn = plan, width, diagram(plan, width)
+    return last[2]
 
 
 def diagram(plan: Plan, width: float | None = PAGE_WIDTH) -> Diagram:

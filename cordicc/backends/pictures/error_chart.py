@@ -70,7 +70,7 @@ def _chart(
     for least, count in seen.histogram:
         exponent = axis.first if least <= 0 else max(math.frexp(least)[1] - 1, axis.first)
         counts[exponent] = counts.get(exponent, 0) + int(count)
-    total, most = sum(counts.values()) or 1, max(counts.values(), default=1)
+    total, most = sum(counts.values()) or 1, max(counts.values(), default=0) or 1
     base = _TOP + _HEIGHT
     svg.text(_LEFT + _WIDTH, 16, f"tallest bar {most / total:.0%}", 9, anchor="end", fill=MUTED)
     look = LOOKS["standard"]
