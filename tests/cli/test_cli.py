@@ -233,6 +233,12 @@ def _broken(data: dict, change) -> str:
         lambda d: d["problem"].update(program="nonsense"),
         lambda d: d["operations"][0].update(params={"m": "x"}),
         lambda d: d["outputs"]["theta1"].update(value="nobody"),
+        lambda d: d["problem"].update(unit_program=d["problem"]["program"]),
+        lambda d: d["problem"].update(unit_program=d["problem"]["unit_program"].replace("m=1", "m=-1", 1)),
+        lambda d: d["accuracy"]["theta1"]["observed"].update(rms=None, histogram=[]),
+        lambda d: d["accuracy"]["theta1"].update(observed=None),
+        lambda d: d["target_data"]["units"]["add"].update(latency=1e300),
+        lambda d: d["options"].update(copies=1e300),
     ],
 )
 def test_broken_plans_are_refused(planar: Path, tmp_path: Path, change) -> None:

@@ -99,6 +99,8 @@ def test_control_words_are_recorded_read_back_and_verified() -> None:
     other = replace(word, slot=(word.slot + 1) % 4)
     with pytest.raises(AssertionError, match="wrong slot"):
         verify(changed(control=(other, *unit.control[1:])))
+    with pytest.raises(AssertionError, match="shared, but without control words"):
+        verify(changed(control=(), inputs=()))
     with pytest.raises(AssertionError, match="control words of other operations"):
         verify(changed(control=(*unit.control, ControlWord(0, "o99", ()))))
     with pytest.raises(AssertionError, match="selects nothing"):
