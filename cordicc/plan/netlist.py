@@ -16,7 +16,11 @@ from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 
 @dataclass(frozen=True, slots=True)
 class UnitResult:
-    """A result as it leaves its unit, under the name that the operation gives to the port, such as `norm`."""
+    """A result as it leaves its unit, under the name that the operation gives to the port, such as `norm`.
+
+    Of a shared unit, `x` of a rotation and `norm` of a vectoring are two results on one wire; a multiplexer
+    that selects either has an input for each.
+    """
 
     unit: str
     port: str

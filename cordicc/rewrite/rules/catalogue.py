@@ -1,6 +1,8 @@
 """The rules in their order, each with the reason for its place.
 
 A rule is a file beside this one and a line here.  One that comes later sees what those before it added.
+What `search.options` adds is no rule: variants of every operation that is there, as a sum modulo a turn or an
+angle in (-pi, pi], which say nothing of the problem.
 """
 
 from __future__ import annotations
