@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, percent, proof
-from cordicc.base.text_tables import Facts, Sheet, Table
+from cordicc.backends.labels import MOST, duration, most_within, proof
+from cordicc.base.text_tables import Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
