@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cordicc.base.diagnostics import Unattainable
+from cordicc.base.text_tables import plain
 from cordicc.emulate import cycle, functional
 from cordicc.ir import sampling
 from cordicc.pipeline import Options, plan_file
@@ -34,7 +35,7 @@ from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY
 from cordicc.schedule.solver.latency_bounds import latency_bound
 from cordicc.schedule.solver.modulo_list import list_schedule
 from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, Task, TaskValue
-from cordicc.studies.trade_off import as_text, explore, workers
+from cordicc.studies.trade_off import as_sheet, explore, workers
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERVALS = (1, 2, 4, 8, 16)
@@ -165,7 +166,8 @@ def fronts() -> None:
 def wheel() -> None:
     """Print the wheel suspension on imscor24, from pipelined to one CAU, and requests that cannot be met."""
     path = ROOT / "examples" / "wheel_suspension.yaml"
-    print(as_text(explore(path, "imscor24", "auto", 1, workers(None, None), lambda done, count: None)))
+    front = explore(path, "imscor24", "auto", 1, workers(None, None), lambda done, count: None)
+    print(plain(as_sheet(front)))
     base = plan_file(path, Options("imscor24")).plan
     requests: Sequence[Limits] = (
         Limits(initiation_interval=2, max_processors=1),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 
 from cordicc.backends.palette import LOOKS
@@ -26,11 +25,6 @@ def kind_rank(kind: str) -> tuple[int, str]:
 def plain_kind(kind: str) -> str:
     """Return the name of a kind in words."""
     return LOOKS[kind].label.partition(",")[0] if kind in LOOKS else kind
-
-
-def percent(share: float) -> str:
-    """Return a share in hundredths of a percent, rounded down: not quite all is never called all."""
-    return f"{math.floor(1e4 * share) / 100:g} %"
 
 
 MOST = "99 %"

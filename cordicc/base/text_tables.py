@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
@@ -47,6 +48,11 @@ class Sheet:
 
     title: str
     blocks: tuple[Block, ...] = ()
+
+
+def percent(share: float) -> str:
+    """Return a share in hundredths of a percent, rounded down: not quite all is never called all."""
+    return f"{math.floor(1e4 * share) / 100:g} %"
 
 
 def harmless(sheet: Sheet) -> Sheet:

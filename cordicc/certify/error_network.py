@@ -184,7 +184,7 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
         take(value, angles[name])
     for index in reversed(range(len(graph.nodes))):
         node = graph.nodes[index]
-        free = taken.get(Value(index, len(node.definition.results) - 1), False)
+        free = taken.get(Value(index, node.definition.angle or 0), False)
         for port, value in enumerate(node.operands):
             match node.op:
                 case "rotate":

@@ -53,6 +53,11 @@ COPIES = click.option(
 JOBS = click.option("--jobs", type=click.IntRange(1, 1024), help="Processes.  [default: one a core]")
 
 
+def plan_argument(name: str = "plan") -> Callable[[F], F]:
+    """Return the argument of a plan.json or its folder."""
+    return click.argument(name, type=FILE, metavar="PLAN")
+
+
 def units_option(about: str | None = None) -> Callable[[F], F]:
     """Return the option `--units`: which kinds of CAUs may be used."""
     kinds = click.Choice(["auto", "standard", "implicit"])

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import click
 
-from cordicc.cli.arguments import FILE, json_option
+from cordicc.cli.arguments import json_option, plan_argument
 from cordicc.cli.console import show
 
 
 @click.command("diff")
-@click.argument("first", type=FILE, metavar="PLAN")
-@click.argument("second", type=FILE, metavar="PLAN")
+@plan_argument("first")
+@plan_argument("second")
 @json_option("the differences")
 @click.pass_context
 def command(ctx: click.Context, first: Path, second: Path, as_json: bool) -> None:

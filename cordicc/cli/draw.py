@@ -8,11 +8,11 @@ from pathlib import Path
 import click
 
 from cordicc.artefacts import VIEWS
-from cordicc.cli.arguments import FILE, NOT_NEGATIVE, is_stdout, output_option
+from cordicc.cli.arguments import NOT_NEGATIVE, is_stdout, output_option, plan_argument
 
 
 @click.command("draw")
-@click.argument("plan", type=FILE)
+@plan_argument()
 @click.option("--view", type=click.Choice(VIEWS), default=VIEWS[0], show_default=True, help="What to draw.")
 @click.option(
     "--width",

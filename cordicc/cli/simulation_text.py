@@ -9,9 +9,8 @@ from typing import Any
 
 import click
 
-from cordicc.backends.labels import percent
 from cordicc.backends.text.summary import ACCURACY_HEADER, count, figure
-from cordicc.base.text_tables import Sheet, Table
+from cordicc.base.text_tables import Sheet, Table, percent
 from cordicc.cli.console import show
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.histogram import Errors, Worst

@@ -1,4 +1,4 @@
-"""What both emulators share: the way samples go in and out, constants, the order of operations."""
+"""What both emulators share: the way samples go in and out, constants and the formats of words."""
 
 from __future__ import annotations
 

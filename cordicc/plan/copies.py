@@ -67,7 +67,10 @@ def replicated(plan: Plan, copies: int) -> Plan:
 
 
 def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
-    """Return the record of a problem with the inputs, outputs, equations and samples of all copies."""
+    """Return the record of a problem with the inputs, outputs, program and samples of all copies.
+
+    Its equations stay as they are written, once.
+    """
     every = range(1, copies + 1)
     return replace(
         problem,

@@ -1,4 +1,4 @@
-"""The plan: what cordicc emits, as frozen data.  Only `cordicc.plan.file` knows its JSON form."""
+"""The plan: what cordicc emits, as frozen data.  Only `plain_data` and `file` beside know its JSON form."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Protocol
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import percent
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
+from cordicc.base.text_tables import percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
 from cordicc.targets.sized import WIDEST_WORD_BITS, most_guard_bits

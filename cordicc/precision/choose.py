@@ -47,7 +47,8 @@ def plan_with_formats(
         Unattainable: a value grows past every number format.
     """
     warnings, graph, held = tuple(loaded.warnings), choice.graph, None
-    if isinstance(target.machine().system, FixedSystem):
+    words = target.machine().system
+    if isinstance(words, FixedSystem):
         held = magnitudes(loaded.problem, loaded.source, graph)
         warnings = (*warnings, *held.warnings)
     record = PlanProblem.of(loaded.problem, warnings)
@@ -66,10 +67,10 @@ def plan_with_formats(
             selection=Selection(choice.searched, choice.proven, choice.facts),
         )
 
-    if held is None or not target.guard_is_open:
+    if not isinstance(words, FixedSystem) or not target.guard_is_open:
         return checked(plan_for(target), bounds_of), warnings
     # As many guard bits as the accuracy needs, and wider words if the problem allows less error than that.
-    most = most_guard_bits(int(target.format["width"]))
+    most = most_guard_bits(words.width_bits)
     plan = fewest_guard_bits(record, most, lambda guard: plan_for(target_with(guard, None)))
     plan = widened(plan, lambda width, guard: plan_for(target_with(guard, width)), bounds_of)
     return plan, warnings

@@ -60,11 +60,6 @@ def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str,
     return Wiring(kind, {o.id: o.start % netlist.interval for o in operations}, drivers)
 
 
-def multiplexer_inputs(wires: Wiring, binding: Binding) -> int:
-    """Return the inputs of all multiplexers; a port with one source has none."""
-    return sum(len(sources) for sources in _ports(wires, binding).values() if len(sources) > 1)
-
-
 def bind(wires: Wiring, work: float = WORK) -> Binding:
     """Return a binding with no more units than the fullest slot of each kind needs.
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from cordicc.backends.pictures.pareto_plot import Mark
 from cordicc.backends.report.page import Explored
 from cordicc.base.diagnostics import CordiccError, Diagnostic
-from cordicc.base.text_tables import Sheet, Table, plain
+from cordicc.base.text_tables import Sheet, Table
 from cordicc.ir.graph import Graph
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
@@ -249,11 +249,6 @@ def as_json(front: Front) -> str:
         "points": [asdict(point) for point in front.points],
     }
     return json.dumps(data, indent=2, sort_keys=True) + "\n"
-
-
-def as_text(front: Front) -> str:
-    """Return the front as a table, ending in a newline."""
-    return plain(as_sheet(front))
 
 
 def as_sheet(front: Front) -> Sheet:

@@ -6,11 +6,14 @@ the number of intervals after the sample's first in which it does.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from cordicc.backends import labels
 from cordicc.backends.palette import MUTED, RULE, look_of
 from cordicc.backends.pictures.diagram import MARGIN
 from cordicc.backends.pictures.svg import Svg, fitted, number, text_width
 from cordicc.plan.model import Operation, Plan, Unit
+from cordicc.plan.netlist import Netlist
 
 _ROW = 20
 _LABEL_WIDTH = 110
@@ -24,8 +27,12 @@ _SIZE = 9.0
 def draw(svg: Svg, plan: Plan, top: float) -> tuple[float, float]:
     """Draw the chart of the units that take cycles below `top`; return the y below it and its width."""
     units = sorted((u for u in plan.units if u.latency), key=lambda unit: labels.kind_rank(unit.kind))
-    held = {(o.unit, o.start % plan.initiation_interval): o for o in plan.operations}
-    slots = _columns(plan, {unit.id for unit in units})
+    cells = Netlist.of(plan).cells
+    held = {
+        unit.id: {each.start % plan.initiation_interval: each for each in cells[unit.id].operations}
+        for unit in units
+    }
+    slots = _columns(plan, held.values())
     cell = min(max(_CHART_WIDTH / max(len(slots), 1), _LEAST_CELL), _MOST_CELL)
     left, right = MARGIN + _LABEL_WIDTH, MARGIN + _LABEL_WIDTH + cell * len(slots)
     svg.text(MARGIN, top + 14, "Operations by unit and slot (cycle modulo the interval)", 10, bold=True)
@@ -34,7 +41,7 @@ def draw(svg: Svg, plan: Plan, top: float) -> tuple[float, float]:
     for column, slot in enumerate(slots):
         svg.text(left + (column + 0.5) * cell, y - 6, str(slot), _SIZE, anchor="middle", fill=MUTED)
     for unit in units:
-        _row(svg, unit, [held.get((unit.id, slot)) for slot in slots], (left, y, cell), plan)
+        _row(svg, unit, [held[unit.id].get(slot) for slot in slots], (left, y, cell), plan)
         y += _ROW
     grid = "".join(
         f"M{number(left + k * cell)} {number(top + 38)}V{number(y)}" for k in range(len(slots) + 1)
@@ -47,11 +54,11 @@ def draw(svg: Svg, plan: Plan, top: float) -> tuple[float, float]:
     return y + 24, right + MARGIN
 
 
-def _columns(plan: Plan, units: set[str]) -> list[int]:
-    """Return the slots to draw."""
+def _columns(plan: Plan, held: Iterable[Iterable[int]]) -> list[int]:
+    """Return the slots to draw, from those in use by unit."""
     if plan.initiation_interval <= _MOST_COLUMNS:
         return list(range(plan.initiation_interval))
-    return sorted({o.start % plan.initiation_interval for o in plan.operations if o.unit in units})
+    return sorted(set().union(*held))
 
 
 def _row(

@@ -99,27 +99,20 @@ def _lane_count(rows: Sequence[Row]) -> int:
 
 def unit_rows(plan: Plan, scale: float) -> list[Row]:
     """Return a row for each unit; many of a kind that do one operation each share rows."""
-    busy: dict[str, list[Operation]] = {}
-    for operation in plan.operations:
-        busy.setdefault(operation.unit, []).append(operation)
-    kinds = {unit.id: unit.kind for unit in plan.units}
-    kinds |= {op.unit: op.kind for op in plan.operations if op.unit not in kinds}
-    order = {unit: index for index, unit in enumerate(kinds)}
     rows = []
     together: dict[str, list[Operation]] = {}
     instant: list[Operation] = []
-    for unit in sorted(kinds, key=lambda name: (_group(kinds[name]), order[name])):
-        group = busy.get(unit, [])
-        timed = [operation for operation in group if operation.finish > operation.start]
-        instant += [operation for operation in group if operation.finish <= operation.start]
-        if len(timed) == 1 and _many(plan, kinds[unit]):
-            if kinds[unit] not in together:
-                together[kinds[unit]] = []
-                rows.append(Row(kinds[unit], "", ()))
-            together[kinds[unit]] += timed
-        elif timed or not group:
-            bars = [_bar(operation) for operation in timed]
-            rows.append(Row(unit, "" if timed else "idle", _lanes(bars, scale)))
+    for cell in sorted(Netlist.of(plan).cells.values(), key=lambda cell: _group(cell.unit.kind)):
+        kind = cell.unit.kind
+        timed = [operation for operation in cell.operations if operation.finish > operation.start]
+        instant += [operation for operation in cell.operations if operation.finish <= operation.start]
+        if len(timed) == 1 and _many(plan, kind):
+            if kind not in together:
+                together[kind] = []
+                rows.append(Row(kind, "", ()))
+            together[kind] += timed
+        elif timed or not cell.operations:
+            rows.append(Row(cell.unit.id, "" if timed else "idle", _lanes(_bars(timed), scale)))
     rows = [
         replace(row, note=f"{len(together[row.name])} units", lanes=_lanes(_bars(together[row.name]), scale))
         if row.name in together

@@ -13,6 +13,7 @@ from cordicc.backends.pictures.layout import Box
 from cordicc.backends.pictures.routing import GRID
 from cordicc.backends.pictures.svg import Svg, fitted, text_width, wrapped
 from cordicc.backends.pictures.wiring import live_inputs
+from cordicc.ir.ops import OPS
 from cordicc.plan.model import Fifo, Operand, Operation
 from cordicc.targets.target import CAU_KINDS
 
@@ -20,10 +21,6 @@ ROW = 2 * GRID
 CAU_TEXT = 150
 SMALL_TEXT = 128
 NAME_TEXT = 140
-RESULT_NAMES = {
-    "vector": ("norm", "angle"), "rotate": ("x", "y"), "lightcone": ("root", "angle"),
-    "implicit": ("angle", "rest"),
-}  # fmt: skip
 MARKED = ("sub", "flip", "guard", "select")
 
 
@@ -98,7 +95,7 @@ def _cau(operation: Operation, layer: int) -> Shape:
     left = [_port(port, item) for port, item in zip(operation.ports, operation.operands, strict=False)]
     right = [
         fitted(name, 10, CAU_TEXT / 2) + ("" if operation.results[index] else " (unused)")
-        for index, name in enumerate(_result_names(operation))
+        for index, name in enumerate(OPS[operation.op].results)
     ]
     head = _whole(20 + 13 * len(mode))
     rows = max(len(left), len(right))
@@ -115,12 +112,6 @@ def _cau(operation: Operation, layer: int) -> Shape:
     live = [port for port, item in zip(ports, operation.operands, strict=False) if item.value is not None]
     box = Box(f"op.{operation.id}", layer, width, height, tuple(live), tuple(ports[: len(right)]))
     return Shape(box, operation.kind, tuple(lines), operation_tip(operation))
-
-
-def _result_names(operation: Operation) -> list[str]:
-    known = RESULT_NAMES.get(operation.op, ())
-    named = [(name or "").rpartition(".")[2] for name in operation.results]
-    return [known[i] if i < len(known) else name or f"r{i}" for i, name in enumerate(named)]
 
 
 def _port(port: str, item: Operand) -> str:

@@ -25,8 +25,7 @@ from cordicc.backends.text import mathml, recognition
 from cordicc.plan.model import Plan
 
 RECORDED_OPTIONS = (
-    "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify",
-    "effort", "time_limit",
+    "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify", "effort",
 )  # fmt: skip
 
 

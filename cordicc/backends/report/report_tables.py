@@ -10,6 +10,7 @@ from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends import labels
+from cordicc.base.text_tables import percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanUnitKind
 from cordicc.plan.stated_accuracy import OutputAccuracy
@@ -126,7 +127,7 @@ def _accuracy(name: str, known: OutputAccuracy | None, unit: str) -> Accuracy:
         return Accuracy(name, most, rms, DASH, DASH, reason)
     note = [bound.where]
     if bound.share_of_samples < 1 or bound.conditions:
-        note.append(f"{labels.percent(bound.share_of_samples)} of the samples")
+        note.append(f"{percent(bound.share_of_samples)} of the samples")
     within = _error(labels.most_within(bound), unit)
     return Accuracy(name, most, rms, _error(bound.value, unit), within, ", ".join(note))
 

@@ -171,7 +171,7 @@ Writer = Callable[[Operation, Sequence[Formula], Names], Equations]
 
 def _rotate(operation: Operation, operands: Sequence[Formula], names: Names) -> Equations:
     x, y, z = operands
-    m = operation.params.get("m")
+    m = operation.m
     if m == 0:
         right = (x, plus(y, times(x, z)))
     else:
@@ -186,7 +186,7 @@ def _rotate(operation: Operation, operands: Sequence[Formula], names: Names) -> 
 
 def _vector(operation: Operation, operands: Sequence[Formula], names: Names) -> Equations:
     x, y, z = operands
-    m = operation.params.get("m")
+    m = operation.m
     if m == 0:
         norm, angle = x, mathml.quotient(y, x)
     elif m == 1:
@@ -207,7 +207,7 @@ def _lightcone(operation: Operation, operands: Sequence[Formula], names: Names) 
 
 def _implicit(operation: Operation, operands: Sequence[Formula], names: Names) -> Equations:
     A, B, C = operands
-    m = operation.params.get("m")
+    m = operation.m
     angle = names[0] or mathml.name("theta")
     c, s = (mathml.call(f, [angle]) for f in (("cos", "sin") if m == 1 else ("cosh", "sinh")))
     solved = mathml.relation(plus(times(B, c), times(A, s)), "=", C)

@@ -92,10 +92,10 @@ def _why(operation: Operation, functions: frozenset[str]) -> tuple[str, ...]:
 
 
 def _implicit(operation: Operation, functions: frozenset[str]) -> tuple[str, ...]:
-    m = operation.params.get("m")
+    m = operation.m
     c, s = ("cos", "sin") if m == 1 else ("cosh", "sinh")
     form = f"`B*{c}(theta) + A*{s}(theta) = C`"
-    inverse = {1: ("acos", "asin"), -1: ("acosh", "asinh")}.get(m if isinstance(m, int) else 0, ("", ""))
+    inverse = {1: ("acos", "asin"), -1: ("acosh", "asinh")}.get(m or 0, ("", ""))
     said = []
     if "solve" in functions or "solve_pair" in functions:
         said.append(f"The equation has the form {form}, which an implicit CAU solves in one pass.")
@@ -118,7 +118,7 @@ def _implicit(operation: Operation, functions: frozenset[str]) -> tuple[str, ...
 
 
 def _vector(operation: Operation, functions: frozenset[str]) -> tuple[str, ...]:
-    m = operation.params.get("m")
+    m = operation.m
     if m == 0:
         return ("Vectoring in linear coordinates is a division: `y/x`.",)
     sign, angle = ("+", "atan2(y, x)") if m == 1 else ("-", "atanh(y/x)")
@@ -129,7 +129,7 @@ def _vector(operation: Operation, functions: frozenset[str]) -> tuple[str, ...]:
 
 
 def _rotate(operation: Operation, functions: frozenset[str]) -> tuple[str, ...]:
-    m = operation.params.get("m")
+    m = operation.m
     if m == 0:
         return ("Rotation in linear coordinates is a product and a sum: `y + x*z`.",)
     c, s = ("cos", "sin") if m == 1 else ("cosh", "sinh")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, percent, proof
-from cordicc.base.text_tables import Facts, Sheet, Table, plain
+from cordicc.backends.labels import MOST, duration, most_within, proof
+from cordicc.base.text_tables import Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
@@ -13,11 +13,6 @@ from cordicc.targets.target import CAU_KINDS
 def count(number: int, noun: str) -> str:
     """Return a number and its noun, in the plural but for 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def plan_text(plan: Plan) -> str:
-    """Return the summary of a plan, ending in a newline."""
-    return plain(plan_sheet(plan))
 
 
 def plan_sheet(plan: Plan, last: str = "") -> Sheet:

@@ -84,6 +84,7 @@ class Rotors:
         known = [r for r in inner if r is not None]
         if len(known) < len(inner):
             return None
+        angle = node.angle if m == 1 else node.hyperbolic_angle
         match node.op:
             case "neg":
                 return self.back(known[0])
@@ -99,11 +100,11 @@ class Rotors:
                     return self._multiple(node.operands[0], int(factor), m)
             case "const":
                 return self._constants.rotor(node.number, m)
-            case "vector" if value.result == 1 and node.m == m:
+            case "vector" if value.result == angle:
                 return self._vector_rotor(value, node, m)
-            case "implicit" if value.result == 0 and node.m == m:
+            case "implicit" if value.result == angle:
                 return self._implicit_rotor(value, node, m)
-            case "lightcone" if value.result == 1 and m == -1:
+            case "lightcone" if value.result == angle:
                 u, v, root = (self._known.element(x) for x in (*node.operands, Value(value.node)))
                 interval = self._known.range(node.operands[0])
                 if u is None or v is None or root is None or interval is None or interval.lo <= 0:

@@ -18,6 +18,6 @@ def angles_of(store: Store) -> list[Value]:
 def is_angle(store: Store, value: Value) -> bool:
     """Tell whether a value is a sum with an angle of a circular unit in it."""
     node = store.node(value)
-    if node.op in ("vector", "implicit"):
-        return node.m == 1 and value.result == (1 if node.op == "vector" else 0)
-    return node.op in SUMS and any(is_angle(store, v) for v in node.operands)
+    if node.op in SUMS:
+        return any(is_angle(store, v) for v in node.operands)
+    return value.result == node.angle

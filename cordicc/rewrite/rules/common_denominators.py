@@ -248,9 +248,9 @@ class Lifting:
                 return Ratio(store.const(fold("cos", (), (number,)))), Ratio(
                     store.const(fold("sin", (), (number,)))
                 )
-            case "vector" if node.m == 1 and angle.result == 1:
+            case "vector" if angle.result == node.angle:
                 return self._vectored(angle)
-            case "implicit" if node.m == 1 and angle.result == 0:
+            case "implicit" if angle.result == node.angle:
                 return self._implicit(angle)
         made = store.make("rotate", (store.const(1), store.const(0), angle), (1,))
         return Ratio(made[0]), Ratio(made[1])

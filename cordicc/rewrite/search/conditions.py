@@ -97,9 +97,7 @@ def _of_node(
             yield Requirement(same, choice.class_of(subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
-        angle = results and results[0].result == (1 if op == "vector" else 0)
-        angle = angle or any(v.result == 1 for v in results) or op == "implicit"
-        if angle:
+        if op == "implicit" or any(v.result == node.angle for v in results):
             yield from _circular(store, offers, op, operands, same)
         return
     if op == "implicit" and always_solvable(store, operands):

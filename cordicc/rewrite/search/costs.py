@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.ir.graph import Graph
 from cordicc.targets.target import Target
 
@@ -35,7 +36,8 @@ class Costs:
         """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        return cls(latency, area, implicit, target.format["kind"] != "fixed-point", implicit and preferred)
+        floating = not isinstance(target.machine().system, FixedSystem)
+        return cls(latency, area, implicit, floating, implicit and preferred)
 
     def caus(self, op: str, zero_coefficient: bool = False) -> int:
         """Return how many CAUs an operation takes."""
