@@ -6,7 +6,9 @@ from dataclasses import replace
 import pytest
 
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
+from cordicc.plan.netlist import Netlist
 from cordicc.plan.verify import verify
+from cordicc.schedule.control import controlled
 from cordicc.schedule.delays import delays
 from cordicc.schedule.solver.fifo_lp import solve
 from cordicc.schedule.solver.scheduling_problem import (
@@ -236,7 +238,10 @@ def test_units_are_shared_slot_by_slot() -> None:
         verify(plan)
     with pytest.raises(AssertionError, match="o2 and o0 share slot 0 of u0"):
         verify(replace(plan, initiation_interval=2))
-    verify(replace(plan, initiation_interval=3))
+    spaced = replace(plan, initiation_interval=3)
+    with pytest.raises(AssertionError, match="u0: shared, but without control words"):
+        verify(spaced)
+    verify(replace(spaced, units=controlled(Netlist.of(spaced))))
 
 
 def test_fifo_words_shrink_with_the_initiation_interval() -> None:
