@@ -86,7 +86,7 @@ def schedule_graph(graph: BareGraph, effort: Effort) -> dict[str, Any]:
     schedule = solve(problem, _goals(graph), effort=effort)
     answer: dict[str, Any] = {
         "start": {id.removeprefix(_PREFIX): cycle for id, cycle in schedule.start.items()},
-        "unit": _units(problem, schedule),
+        "unit": _units(problem, schedule, effort.binding),
         "latency": schedule.latency,
         "fifo_words": schedule.fifo_words,
         "optimal": {name: schedule.optimal[name] for name in schedule.figures},
@@ -122,8 +122,8 @@ def _check_limits(problem: SchedulingProblem) -> None:
         raise Unattainable(findings[:_MOST_ERRORS])
 
 
-def _units(problem: SchedulingProblem, schedule: Schedule) -> dict[str, str]:
-    """Return the unit of each operation, by its kind and number."""
+def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[str, str]:
+    """Return the unit of each operation, by its kind and number, bound within some deterministic time."""
     finish = {task.id: schedule.start[task.id] + task.latency for task in problem.operations}
     drivers: dict[str, list[FifoEnd]] = {task.id: [] for task in problem.operations}
     for producer, taker in problem.edges():
@@ -134,7 +134,7 @@ def _units(problem: SchedulingProblem, schedule: Schedule) -> dict[str, str]:
         {id: start % problem.interval for id, start in schedule.start.items()},
         {id: tuple(taken) for id, taken in drivers.items()},
     )
-    binding = bind(wires)
+    binding = bind(wires, work)
     return {t.id.removeprefix(_PREFIX): f"{t.kind}{binding[t.id]}" for t in problem.operations}
 
 

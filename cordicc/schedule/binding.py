@@ -19,8 +19,6 @@ _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""
 _SWEEPS = 8
 _SEED = 1
-WORK = 4.0
-"""Deterministic time for the exact binding."""
 
 Binding = dict[str, int]
 """The number of the unit, among those of its kind, of each operation."""
@@ -65,7 +63,7 @@ def multiplexer_inputs(wires: Wiring, binding: Binding) -> int:
     return sum(len(sources) for sources in _ports(wires, binding).values() if len(sources) > 1)
 
 
-def bind(wires: Wiring, work: float = WORK) -> Binding:
+def bind(wires: Wiring, work: float) -> Binding:
     """Return a binding with no more units than the fullest slot of each kind needs.
 
     `work` is the deterministic time of the exact search, 0 for none.
