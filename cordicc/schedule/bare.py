@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
-from cordicc.plan.netlist import FifoEnd
-from cordicc.schedule.binding import Wiring, bind
+from cordicc.schedule.binding import Delayed, Wiring, bind
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.solver.scheduling_problem import (
@@ -125,10 +124,10 @@ def _check_limits(problem: SchedulingProblem) -> None:
 def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[str, str]:
     """Return the unit of each operation, by its kind and number, bound within some deterministic time."""
     finish = {task.id: schedule.start[task.id] + task.latency for task in problem.operations}
-    drivers: dict[str, list[FifoEnd]] = {task.id: [] for task in problem.operations}
+    drivers: dict[str, list[Delayed]] = {task.id: [] for task in problem.operations}
     for producer, taker in problem.edges():
         # A result that waits comes from the delay line of its value.
-        drivers[taker].append(FifoEnd(f"{schedule.start[taker] - finish[producer]} cycles of {producer}"))
+        drivers[taker].append(Delayed(producer, schedule.start[taker] - finish[producer]))
     wires = Wiring(
         {task.id: task.kind for task in problem.operations},
         {id: start % problem.interval for id, start in schedule.start.items()},

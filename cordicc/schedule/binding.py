@@ -32,7 +32,18 @@ class MadeBy:
     position: int
 
 
-Source = Driver | tuple[str, int | str, int]
+@dataclass(frozen=True, slots=True)
+class Delayed:
+    """The result of an operation, so many cycles after it left its unit: the tap of a delay line."""
+
+    operation: str
+    cycles: int
+
+
+Taken = Driver | MadeBy | Delayed
+"""What drives a port before it is known which units there are."""
+
+Source = Driver | Delayed | tuple[str, int | str, int]
 """What drives a wire; of a result the kind and number of the unit that makes it, and its position."""
 
 
@@ -42,7 +53,7 @@ class Wiring:
 
     kind: Mapping[str, str]
     slot: Mapping[str, int]
-    drivers: Mapping[str, tuple[Driver | MadeBy, ...]]
+    drivers: Mapping[str, tuple[Taken, ...]]
 
 
 def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str, str]) -> Wiring:
@@ -87,7 +98,7 @@ def _unit_counts(wires: Wiring) -> dict[str, int]:
     return units
 
 
-def _source(wires: Wiring, binding: Binding, driver: Driver | MadeBy) -> Source:
+def _source(wires: Wiring, binding: Binding, driver: Taken) -> Source:
     if isinstance(driver, MadeBy):
         # A producer that is not placed yet counts as a unit of its own.
         unit = binding.get(driver.operation, driver.operation)
@@ -213,7 +224,7 @@ def _first_full(wires: Wiring, kind: str, count: int) -> list[str]:
 
 
 def _possible(
-    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Driver | MadeBy
+    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Taken
 ) -> list[tuple[Source, list[Any]]]:
     """Return the sources that a driver may be, each with the literals under which it is."""
     if not isinstance(driver, MadeBy):
