@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from cordicc.certify.plans import StatedBounds
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.observation import DEFAULT_SEED
-from cordicc.ir import sampling
+from cordicc.ir.sampling import DEFAULT_SEED, draw
 from cordicc.ir.well_formed import verify as verify_graph
 from cordicc.plan.consistency import check_formats, check_operations, check_problem, check_sizes
 from cordicc.plan.file import contradiction
@@ -31,7 +30,7 @@ def check_plan(plan: Plan) -> Plan:
         assert set(program.outputs) == set(plan.outputs), "the outputs of the program differ"
         check_formats(plan)
         StatedBounds.of(plan)
-        functional_run.run(plan, plan.arithmetic, sampling.draw(plan.problem.workspace, 1, DEFAULT_SEED))
+        functional_run.run(plan, plan.arithmetic, draw(plan.problem.workspace, 1, DEFAULT_SEED))
     except (AssertionError, ArithmeticError, ValueError, LookupError, TypeError) as error:
         raise contradiction((str(error).splitlines() or ["malformed"])[0][:500]) from None
     return plan

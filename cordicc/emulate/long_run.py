@@ -22,12 +22,13 @@ from cordicc.emulate.judging import ConditionalBounds, Judgement, Part
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.ir.sampling import DEFAULT_SAMPLES
 
 Samples = Mapping[str, Floats]
 Outputs = Mapping[str, NDArray[Any]]
 
-REFERENCE_SAMPLES = 10_000
-"""Samples that are compared with the high-precision reference unless told otherwise."""
+REFERENCE_SAMPLES = DEFAULT_SAMPLES
+"""Samples that are compared with the high-precision reference unless told otherwise, as many as are drawn."""
 
 _SUSPECTS = 32
 """Worst screened samples of each output that are looked at in high precision."""
