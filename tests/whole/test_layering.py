@@ -28,7 +28,7 @@ BOTH_WAYS = {
     (
         "frontend",
         "frontend/solving",
-    ): "the reader of solve blocks calls it; it works with the scope and lowering",
+    ): "the reader of solve calls it; it works with the scope and lowering of all",
     ("ir", "ir/meaning"): "a problem has ranges, which are intervals; the meanings are of graphs",
 }
 """Pairs of folders that import each other, and why."""
