@@ -5,8 +5,9 @@
     python benchmarks/same_bytes.py compare before after    # exit status 1 if any file differs
 
 Every problem of the corpus and the examples is compiled for each target at each interval, with the C model,
-in a process of its own, as a user would; the pictures, the graph among them, are drawn. What a run says and
-its exit status are kept too.
+in a process of its own, as a user would; the pictures, the graph among them, are drawn, and each plan is run
+clock by clock on a few samples, with its outputs and a waveform. What a run says and its exit status are kept
+too.
 """
 
 import sys
@@ -22,6 +23,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PROBLEMS = ("tests/whole/corpus/*.yaml", "examples/*.yaml")
 TARGETS = ("kinematic", "fixed24", "imscor24")
 INTERVALS = (1, 4)
+CLOCKED = "--cycle-accurate --random 20 --no-reference --outputs outputs.csv"
+CLOCKED += " --vcd waveform.vcd --vcd-samples 5"
 
 
 @click.group()
@@ -53,6 +56,7 @@ def _compiled(folder: Path, problem: Path, target: str, interval: int, *, effort
     said = said.replace(str(place), "PLACE")
     if (place / "files" / "plan.json").exists():
         said += _told(["draw", "plan.json", "--view", "graph", "-o", "graph.svg"], place / "files")
+        said += _told(["simulate", "plan.json", *CLOCKED.split()], place / "files")
     (place / "said.txt").write_text(said, encoding="utf-8")
     return not (place / "files" / "plan.json").exists()
 

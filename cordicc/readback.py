@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.observation import DEFAULT_SEED
-from cordicc.ir import sampling
+from cordicc.ir.sampling import DEFAULT_SEED, draw
 from cordicc.plan.consistency import (
     check_formats,
     check_operations,
@@ -33,7 +32,7 @@ def check_plan(plan: Plan) -> Plan:
         check_programs(plan)
         check_formats(plan)
         StatedBounds.of(plan)
-        functional_run.run(plan, plan.arithmetic, sampling.draw(plan.problem.workspace, 1, DEFAULT_SEED))
+        functional_run.run(plan, plan.arithmetic, draw(plan.problem.workspace, 1, DEFAULT_SEED))
     except BROKEN as error:
         raise contradiction((str(error).splitlines() or ["malformed"])[0][:500]) from None
     return plan

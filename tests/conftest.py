@@ -33,7 +33,8 @@ def pytest_configure(config: pytest.Config) -> None:
     Workers of xdist start later, with the folder in their environment.
     """
     # The same examples in every run: a failure in CI is one that everybody can repeat.
-    settings.load_profile("quick" if config.option.markexpr == "not exhaustive" else "everything")
+    quick = "not exhaustive" in config.option.markexpr
+    settings.load_profile("quick" if quick else "everything")
     if plans.FOLDER not in os.environ:
         os.environ[plans.FOLDER] = tempfile.mkdtemp(prefix="cordicc-plans-")
         config.add_cleanup(lambda: shutil.rmtree(os.environ.pop(plans.FOLDER)))

@@ -1,4 +1,7 @@
-"""What is proven of single samples: their own bounds, and whether they are where a plan's bounds hold."""
+"""What is proven of single samples: their own bounds, and whether they are where a plan's bounds hold.
+
+The samples are valid in the equations and in the simulation.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from cordicc.base.arrays import Bools, Floats
+from cordicc.base.arrays import Bools, Floats, Samples
 from cordicc.certify.boxes import Boxes
 from cordicc.certify.error_network import ErrorNetwork
 from cordicc.certify.predicates import meets
 from cordicc.certify.sweep import Forward, errors, forward
 from cordicc.plan.stated_accuracy import Predicate
-
-Samples = Mapping[str, Floats]
-"""By input, float64 of shape (n,): samples that are valid in the equations and in the simulation."""
 
 _LEAST_BLOCK, _MOST_BLOCK = 256, 8192
 _STEP_SAMPLES = 500_000

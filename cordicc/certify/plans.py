@@ -15,14 +15,12 @@ from cordicc.certify.own_bounds import inside, own_bounds
 from cordicc.certify.predicates import OWN_BOUND, singular
 from cordicc.certify.twins import twins
 from cordicc.emulate import functional
-from cordicc.ir import sampling
+from cordicc.ir.sampling import DEFAULT_SAMPLES, DEFAULT_SEED, draw
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
 
-SAMPLES = 10_000
-"""Of which the plan states the share that is inside, with seed 0; thresholds follow from the first ones."""
-
 _CHOOSING = 2_000
+"""The first of the default samples, from which thresholds follow."""
 
 OWN_SHARES = (0.5, 0.9, 0.99)
 """Of the default samples: a plan states within which own bounds so many of them are."""
@@ -37,7 +35,7 @@ def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str
         plan: the plan.
         wanted: by output, a bound that suffices, see `certify`.
     """
-    inputs = sampling.draw(plan.problem.workspace, SAMPLES, 0)
+    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
     chosen = {name: column[:_CHOOSING] for name, column in inputs.items()}
     valid = functional.run(plan, plan.arithmetic, chosen)["valid"]
     net = network(plan)
@@ -53,7 +51,7 @@ def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
 
     That is, for how many of them each bound holds, and which own bounds most of them have.
     """
-    inputs = sampling.draw(plan.problem.workspace, SAMPLES, 0)
+    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
     valid = functional.run(plan, plan.arithmetic, inputs)["valid"]
     kept = {name: column[valid] for name, column in inputs.items()}
     net = network(plan)

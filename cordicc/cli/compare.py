@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cordicc.backends.text.summary import count
+from cordicc.base.arrays import Samples
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.own_bounds import own_bounds
@@ -16,7 +17,6 @@ from cordicc.certify.plans import StatedBounds
 from cordicc.cli.sample_run import SampleRun, again
 from cordicc.cli.simulation_text import dumped, print_told
 from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
-from cordicc.emulate.long_run import Samples
 from cordicc.emulate.sample_tables import Columns, read_table
 from cordicc.plan.model import Plan
 

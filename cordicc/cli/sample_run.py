@@ -12,6 +12,7 @@ import click
 import numpy as np
 
 from cordicc.backends.text.summary import count
+from cordicc.base.arrays import Samples
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.error_network import network
@@ -22,12 +23,12 @@ from cordicc.cli.simulation_text import dumped, errors_json, errors_sheet, print
 from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
-from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, Samples, run_parts
-from cordicc.emulate.observation import DEFAULT_SAMPLES, reference_samples
+from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, run_parts
+from cordicc.emulate.observation import reference_samples
 from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.ir.sampling import draw_parts
+from cordicc.ir.sampling import DEFAULT_SAMPLES, draw_parts
 from cordicc.plan.file import BROKEN
 from cordicc.plan.model import Plan
 

@@ -118,7 +118,7 @@ def command(
         ctx.exit(check_expected(run, *compare, tolerance))
     if vcd is not None:
         from cordicc.emulate import waveform
-        from cordicc.emulate.observation import DEFAULT_SAMPLES
+        from cordicc.ir.sampling import DEFAULT_SAMPLES
 
         drawn = count or DEFAULT_SAMPLES
         first, more = waveform.first_samples(run.plan.problem, inputs, drawn, seed, vcd_samples)

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.base.arrays import Floats
+from cordicc.base.arrays import Floats, Samples
 from cordicc.emulate.climb import climb, climbing
 from cordicc.emulate.histogram import Worst, angular
-from cordicc.emulate.long_run import Outputs, Samples
+from cordicc.emulate.ports import Outputs
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.meaning.intervals import Interval

@@ -9,12 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.base.arrays import Floats
+from cordicc.base.arrays import Samples
 from cordicc.emulate.histogram import Worst, angular
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import reference_outputs
-
-Samples = Mapping[str, Floats]
 
 MOST_BEYOND = 1000
 """Samples beyond a bound of which each is established in high precision; of more, no more are looked for."""

@@ -9,25 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.base.arrays import Floats
+from cordicc.base.arrays import Floats, Samples
 from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.causes import Cause, Causes
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import ConditionalBounds, Judgement, Part
+from cordicc.emulate.ports import Outputs
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.ir.sampling import DEFAULT_SAMPLES
 
-Samples = Mapping[str, Floats]
-Outputs = Mapping[str, NDArray[Any]]
-
-REFERENCE_SAMPLES = 10_000
-"""Samples that are compared with the high-precision reference unless told otherwise."""
+REFERENCE_SAMPLES = DEFAULT_SAMPLES
+"""Samples that are compared with the high-precision reference unless told otherwise, as many as are drawn."""
 
 _SUSPECTS = 32
 """Worst screened samples of each output that are looked at in high precision."""

@@ -14,15 +14,12 @@ from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
-from cordicc.ir import sampling
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
+from cordicc.ir.sampling import DEFAULT_SAMPLES, DEFAULT_SEED, draw
 from cordicc.plan.model import Operation, Plan, dependence_order
 from cordicc.plan.origin import PlanProblem, told
 from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors
-
-DEFAULT_SAMPLES = 10_000
-DEFAULT_SEED = 0
 
 REFERENCE_EFFORT = 3_000_000
 """Products that the comparison of a plan with its equations may take as long as: large problems are
@@ -37,7 +34,7 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     Raises:
         Unattainable: no sample that the equations can do survives in the target's number format.
     """
-    inputs = sampling.draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
     outputs = functional_run.run(plan, plan.arithmetic, inputs)
     warnings: list[Diagnostic] = []
     graph = plan.problem.program

@@ -15,6 +15,7 @@ from cordicc.base.arrays import Floats
 from cordicc.plan.model import Operand, Operation, Plan
 
 Outputs = dict[str, NDArray[Any]]
+"""By output, float64 of shape (n,), and `valid`, which tells of each sample whether it has outputs."""
 
 
 def prepare(plan: Plan, inputs: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:

@@ -20,7 +20,7 @@ from vcd.writer import Variable
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.base.arrays import Bools, Floats, Words
+from cordicc.base.arrays import Bools, Samples, Words
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
@@ -36,7 +36,6 @@ MOST_SIGNAL_CYCLES = 20_000_000
 _TIME_UNITS = ("s", "ms", "us", "ns", "ps", "fs")
 _FEMTOSECONDS = 10**15
 
-Samples = dict[str, Floats]
 State = int | str | None
 """Bits, a text, or None for unknown."""
 

@@ -10,6 +10,10 @@ import numpy as np
 
 from cordicc.base.arrays import Floats
 
+DEFAULT_SAMPLES = 10_000
+DEFAULT_SEED = 0
+"""What is drawn unless told otherwise: the figures that a plan states are of these samples."""
+
 _CORNERS = 256
 """Corners of the ranges that are looked at besides."""
 
@@ -34,8 +38,8 @@ def draw(workspace: Workspace, count: int, seed: int) -> dict[str, Floats]:
 
 
 def draw_with_corners(workspace: Workspace, count: int) -> dict[str, Floats]:
-    """Draw samples with seed 0, and corners of the ranges besides; of own samples rows alone."""
-    samples = draw(workspace, count, 0)
+    """Draw samples with the default seed, and corners of the ranges besides; of own samples rows alone."""
+    samples = draw(workspace, count, DEFAULT_SEED)
     if workspace.rows is not None:
         return samples
     corners = _corners(workspace.ranges)

@@ -163,4 +163,6 @@ class PlanOptions:
     def recorded(self) -> dict[str, str | int | float | bool | None]:
         """Return the options by name as plans record them: what is seldom used only where it is."""
         seldom = {"copies": 1, "time_limit_struck": False}
-        return {name: value for name, value in asdict(self).items() if seldom.get(name, self) != value}
+        return {
+            name: value for name, value in asdict(self).items() if name not in seldom or value != seldom[name]
+        }

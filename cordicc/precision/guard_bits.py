@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.emulate import accuracy, functional
-from cordicc.emulate.observation import DEFAULT_SEED, exact
-from cordicc.ir import sampling
+from cordicc.emulate.observation import exact
+from cordicc.ir.sampling import DEFAULT_SEED, draw
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
 
@@ -37,7 +37,7 @@ def fewest_guard_bits(problem: PlanProblem, most: int, plan_with: Callable[[int]
     angles = {o.name: o.is_angle for o in problem.outputs if o.max_error is None}
     if not angles:
         return plan_with(0)
-    inputs = sampling.draw(problem.workspace, _SAMPLES, DEFAULT_SEED)
+    inputs = draw(problem.workspace, _SAMPLES, DEFAULT_SEED)
     reference = exact(problem, inputs)
 
     def quantiles(plan: Plan) -> dict[str, NDArray[np.float64]]:

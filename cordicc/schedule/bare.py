@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
-from cordicc.plan.netlist import FifoEnd
-from cordicc.schedule.binding import Wiring, bind
+from cordicc.schedule.binding import Delayed, Wiring, bind
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.solver.scheduling_problem import (
@@ -86,7 +85,7 @@ def schedule_graph(graph: BareGraph, effort: Effort) -> dict[str, Any]:
     schedule = solve(problem, _goals(graph), effort=effort)
     answer: dict[str, Any] = {
         "start": {id.removeprefix(_PREFIX): cycle for id, cycle in schedule.start.items()},
-        "unit": _units(problem, schedule),
+        "unit": _units(problem, schedule, effort.binding),
         "latency": schedule.latency,
         "fifo_words": schedule.fifo_words,
         "optimal": {name: schedule.optimal[name] for name in schedule.figures},
@@ -122,19 +121,19 @@ def _check_limits(problem: SchedulingProblem) -> None:
         raise Unattainable(findings[:_MOST_ERRORS])
 
 
-def _units(problem: SchedulingProblem, schedule: Schedule) -> dict[str, str]:
-    """Return the unit of each operation, by its kind and number."""
+def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[str, str]:
+    """Return the unit of each operation, by its kind and number, bound within some deterministic time."""
     finish = {task.id: schedule.start[task.id] + task.latency for task in problem.operations}
-    drivers: dict[str, list[FifoEnd]] = {task.id: [] for task in problem.operations}
+    drivers: dict[str, list[Delayed]] = {task.id: [] for task in problem.operations}
     for producer, taker in problem.edges():
         # A result that waits comes from the delay line of its value.
-        drivers[taker].append(FifoEnd(f"{schedule.start[taker] - finish[producer]} cycles of {producer}"))
+        drivers[taker].append(Delayed(producer, schedule.start[taker] - finish[producer]))
     wires = Wiring(
         {task.id: task.kind for task in problem.operations},
         {id: start % problem.interval for id, start in schedule.start.items()},
         {id: tuple(taken) for id, taken in drivers.items()},
     )
-    binding = bind(wires)
+    binding = bind(wires, work)
     return {t.id.removeprefix(_PREFIX): f"{t.kind}{binding[t.id]}" for t in problem.operations}
 
 

@@ -19,8 +19,6 @@ _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""
 _SWEEPS = 8
 _SEED = 1
-WORK = 4.0
-"""Deterministic time for the exact binding."""
 
 Binding = dict[str, int]
 """The number of the unit, among those of its kind, of each operation."""
@@ -34,7 +32,18 @@ class MadeBy:
     position: int
 
 
-Source = Driver | tuple[str, int | str, int]
+@dataclass(frozen=True, slots=True)
+class Delayed:
+    """The result of an operation, so many cycles after it left its unit: the tap of a delay line."""
+
+    operation: str
+    cycles: int
+
+
+Taken = Driver | MadeBy | Delayed
+"""What drives a port before it is known which units there are."""
+
+Source = Driver | Delayed | tuple[str, int | str, int]
 """What drives a wire; of a result the kind and number of the unit that makes it, and its position."""
 
 
@@ -44,7 +53,7 @@ class Wiring:
 
     kind: Mapping[str, str]
     slot: Mapping[str, int]
-    drivers: Mapping[str, tuple[Driver | MadeBy, ...]]
+    drivers: Mapping[str, tuple[Taken, ...]]
 
 
 def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str, str]) -> Wiring:
@@ -60,7 +69,7 @@ def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str,
     return Wiring(kind, {o.id: o.start % netlist.interval for o in operations}, drivers)
 
 
-def bind(wires: Wiring, work: float = WORK) -> Binding:
+def bind(wires: Wiring, work: float) -> Binding:
     """Return a binding with no more units than the fullest slot of each kind needs.
 
     `work` is the deterministic time of the exact search, 0 for none.
@@ -84,7 +93,7 @@ def _unit_counts(wires: Wiring) -> dict[str, int]:
     return units
 
 
-def _source(wires: Wiring, binding: Binding, driver: Driver | MadeBy) -> Source:
+def _source(wires: Wiring, binding: Binding, driver: Taken) -> Source:
     if isinstance(driver, MadeBy):
         # A producer that is not placed yet counts as a unit of its own.
         unit = binding.get(driver.operation, driver.operation)
@@ -210,7 +219,7 @@ def _first_full(wires: Wiring, kind: str, count: int) -> list[str]:
 
 
 def _possible(
-    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Driver | MadeBy
+    wires: Wiring, units: Mapping[str, int], on: Mapping[tuple[str, int], Any], driver: Taken
 ) -> list[tuple[Source, list[Any]]]:
     """Return the sources that a driver may be, each with the literals under which it is."""
     if not isinstance(driver, MadeBy):

@@ -16,6 +16,7 @@ from cordicc.backends.report.page import Explored
 from cordicc.base.diagnostics import CordiccError, Diagnostic
 from cordicc.base.text_tables import Sheet, Table
 from cordicc.ir.graph import Graph
+from cordicc.ir.text import print_graph
 from cordicc.pipeline import Options, plan_file
 from cordicc.plan.copies import replicated
 from cordicc.plan.model import Plan
@@ -82,7 +83,8 @@ class Front:
         """Tell whether a plan is of the same problem, target and copies."""
         same = Path(plan.options.target).stem == self.target
         same = same and plan.options.copies == self.copies
-        return same and plan.problem.program == self.program
+        # Their texts, since the equation that a node comes from takes no part in the equality of graphs.
+        return same and print_graph(plan.problem.program) == print_graph(self.program)
 
 
 def workers(jobs: int | None, cluster: str | None) -> Executor:

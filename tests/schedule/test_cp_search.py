@@ -169,7 +169,7 @@ def test_binding_has_the_fewest_multiplexer_inputs(rows: list[tuple[int, list[in
     slot = {f"o{k}": row[0] for k, row in enumerate(rows)}
     drivers = {f"o{k}": tuple(ConstantWord(str(c)) for c in row[1]) for k, row in enumerate(rows)}
     wires = Wiring(dict.fromkeys(slot, "mul"), slot, drivers)
-    found = bind(wires)
+    found = bind(wires, Effort().binding)
     places = [(slot[id], unit) for id, unit in found.items()]
     assert len(set(places)) == len(places)
     units = max(Counter(slot.values()).values(), default=0)

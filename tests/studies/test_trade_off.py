@@ -11,6 +11,7 @@ import pytest
 
 from cordicc.base.diagnostics import InvalidInput
 from cordicc.cli.explore import report_with
+from cordicc.ir.text import parse_graph
 from cordicc.plan.file import parse
 from cordicc.studies import trade_off
 from tests.support.command_line import run
@@ -92,7 +93,12 @@ class TestTradeOff:
         assert "Latency in cycles over CAUs" in text
 
     def test_the_report_of_another_problem_stays(self, folder: Path, front, capsys) -> None:
-        assert report_with(replace(front, program="%0 = input[name=x]"), folder) == {}
+        assert report_with(replace(front, program=parse_graph("%0 = input[name=x]\n")), folder) == {}
+        assert "warning[W722]" in capsys.readouterr().err
+
+    def test_so_does_that_of_equal_values_by_other_equations(self, folder: Path, front, capsys) -> None:
+        nodes = tuple(replace(node, origin="another") for node in front.program.nodes)
+        assert report_with(replace(front, program=replace(front.program, nodes=nodes)), folder) == {}
         assert "warning[W722]" in capsys.readouterr().err
 
     def test_no_plan_or_a_broken_one(self, tmp_path: Path, front, capsys) -> None:

@@ -22,6 +22,17 @@ FLOORS = (
 """Each imports from those below only; what stands on one floor does not import its neighbours."""
 
 FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names.split(" | ")}
+BOTH_WAYS = {
+    ("frontend", "frontend/plain"): "the loader calls it; it works with the scope, trees and lowering of all",
+    ("frontend", "frontend/robots"): "the reader of items calls it; it reads keys and trees as all do",
+    (
+        "frontend",
+        "frontend/solving",
+    ): "the reader of solve calls it; it works with the scope and lowering of all",
+    ("ir", "ir/meaning"): "a problem has ranges, which are intervals; the meanings are of graphs",
+}
+"""Pairs of folders that import each other, and why."""
+
 LONGEST = 400
 """Lines of a module."""
 
@@ -60,6 +71,17 @@ def test_every_import_runs_down() -> None:
 def test_no_circle() -> None:
     order = TopologicalSorter({name: imported(parsed(path)) for name, path in MODULES.items()}).static_order()
     assert set(MODULES) <= set(order)  # a circle is a CycleError
+
+
+def test_folders_import_one_way() -> None:
+    folder = {name: path.parent.relative_to(ROOT).as_posix() for name, path in MODULES.items()}
+    pairs = {
+        (folder[name], folder[other])
+        for name, path in MODULES.items()
+        for other in imported(parsed(path)) & set(MODULES)
+        if "." not in (folder[name], folder[other])  # the root's modules stand on floors of their own
+    }
+    assert {(a, b) for a, b in pairs if a < b and (b, a) in pairs} == set(BOTH_WAYS)
 
 
 def test_six_modules_at_the_root() -> None:

@@ -19,7 +19,7 @@ from cordicc.ir.meaning.doubles import results
 from cordicc.ir.meaning.enclosures import result_ranges as enclose
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import errors
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 from cordicc.rewrite.exact.angle_rotors import Rotors
 from cordicc.rewrite.exact.constants import Constants
 from cordicc.rewrite.exact.elements import ElementFinder, long_parts

@@ -9,7 +9,7 @@ from typing import Protocol
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 
 Ranges = Sequence[tuple[Interval | None, ...]]
 """For each node an enclosure of each result; None for a result that no input gives a value."""

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 
 
 def ratio(builder: Algebra, value: Value) -> tuple[Value, Value]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value, factored
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 from cordicc.rewrite.passes.base import NodeRule, PassContext, Ranges, Site, transform
 
 _SATURATION = 20

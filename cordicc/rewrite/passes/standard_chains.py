@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 from cordicc.rewrite.passes.base import PassContext, Site, transform
 
 _SMALL = 2

@@ -8,7 +8,7 @@ from fractions import Fraction
 from cordicc.ir.graph import Graph, Node, Value, factored
 from cordicc.ir.meaning.exact import fold
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 from cordicc.rewrite.passes.ratio import denominator, positive_ratio, ratio
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from cordicc.ir.graph import Graph, Value
-from cordicc.rewrite.algebra import Algebra
+from cordicc.rewrite.exact.algebra import Algebra
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.search.conditions import Requirement
 from cordicc.rewrite.search.costs import UNITS

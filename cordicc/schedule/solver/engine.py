@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from cordicc.schedule.binding import WORK
 from cordicc.schedule.solver import cp_search, fifo_lp
 from cordicc.schedule.solver.cp_program import Space
 from cordicc.schedule.solver.dependences import Network, network
@@ -41,7 +40,7 @@ class Effort:
 
     schedule: float = 10.0
     words: float = 14.0
-    binding: float = WORK
+    binding: float = 4.0
     seconds: float | None = None
     threads: int = 2
 
