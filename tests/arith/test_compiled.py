@@ -5,7 +5,6 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-import cordicc
 from cordicc.arith.compiled import compiled_cau
 from cordicc.arith.compiled.compiled_systems import CompiledSingle, compiled_system
 from cordicc.arith.numbers.fixed_point import ROUNDINGS
@@ -15,6 +14,7 @@ from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, Signal
 from cordicc.emulate import functional
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
+from tests.support.plans import planned
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 
 needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")
@@ -48,7 +48,7 @@ def test_operands_may_be_broadcast() -> None:
 @needs_numba
 @pytest.mark.filterwarnings("default")
 def test_long_runs_take_compiled_units(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = cordicc.compile(EXAMPLES / "planar_2r.yaml")
+    plan = planned(EXAMPLES / "planar_2r.yaml")
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 500, 0)
     plain = functional.run(plan, machine, samples)
@@ -123,7 +123,7 @@ def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int,
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("target", ["kinematic", "fixed24"])
 def test_a_plan_has_the_same_bits(target: str) -> None:
-    plan = cordicc.compile(EXAMPLES / "quadruped_leg.yaml", target=target, certify=False)
+    plan = planned(EXAMPLES / "quadruped_leg.yaml", target=target)
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 3000, 4)
     plain = functional.run(plan, machine, samples)
@@ -133,7 +133,7 @@ def test_a_plan_has_the_same_bits(target: str) -> None:
 
 
 def test_without_numba_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = cordicc.compile(EXAMPLES / "planar_2r.yaml")
+    plan = planned(EXAMPLES / "planar_2r.yaml")
     machine = plan.arithmetic
     monkeypatch.setattr(functional, "COMPILED_FROM", 1)
     monkeypatch.setattr(functional, "available", lambda: False)

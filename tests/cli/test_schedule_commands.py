@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-import cordicc
 from cordicc.backends.pictures import schedule_chart
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.ir.sampling import draw
@@ -25,6 +24,7 @@ from cordicc.schedule.verify_bare import verify_bare
 from cordicc.studies.trade_off import INTERVALS, explore, workers
 from cordicc.targets.target import CAU_KINDS
 from cordicc.targets.target_file import load_target
+from tests.support import plans
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 from tests.support.selection import slow
@@ -62,7 +62,7 @@ def test_the_wheel_from_pipelined_to_one_cau() -> None:
 @pytest.mark.parametrize("name", [slow("wheel_suspension"), "planar_2r", slow("scara"), slow("delta")])
 @pytest.mark.parametrize("interval", [slow(2), 5, slow(16)])
 def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: int) -> None:
-    plan = cordicc.Plan.of(planned(name, initiation_interval=interval))
+    plan = plans.planned(EXAMPLES / f"{name}.yaml", ii=interval)
     samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
@@ -70,7 +70,7 @@ def test_shared_units_give_the_same_bytes_clock_by_clock(name: str, interval: in
 
 @pytest.mark.parametrize("interval", [2, slow(4)])
 def test_shared_units_in_fixed_point_give_the_same_bytes_clock_by_clock(interval: int) -> None:
-    plan = cordicc.Plan.of(planned("planar_2r", "fixed24", initiation_interval=interval))
+    plan = plans.planned(EXAMPLES / "planar_2r.yaml", target="fixed24", ii=interval)
     samples = draw(plan.problem.workspace, 70, 3)
     functional, clocked = plan.simulate(samples), plan.simulate(samples, cycle_accurate=True)
     assert all(functional[key].tobytes() == clocked[key].tobytes() for key in functional)
@@ -85,7 +85,7 @@ def test_a_cluster_needs_its_packages(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_control_words_are_recorded_read_back_and_verified() -> None:
-    plan = planned("wheel_suspension", initiation_interval=4)
+    plan = plans.planned(EXAMPLES / "wheel_suspension.yaml", ii=4)
     assert parse(dump(plan), "plan.json").units == plan.units
     index, unit = next((k, u) for k, u in enumerate(plan.units) if u.control)
     assert [word.slot for word in unit.control] == sorted(word.slot for word in unit.control)
@@ -191,7 +191,7 @@ def test_rate() -> None:
 
 @pytest.mark.exhaustive(reason="copies have tests of their own in tests/plan")
 def test_copies_share_the_units() -> None:
-    base = planned("quadruped_leg")
+    base = plans.planned(EXAMPLES / "quadruped_leg.yaml")
     four = place(replicated(base, 4), Limits(initiation_interval=16, effort=LIGHT))
     verify(four)
     assert len(four.operations) == 4 * len(base.operations)
@@ -212,12 +212,12 @@ def test_effort_scales_all_work_and_is_recorded(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive(reason="schedules twice; pictures of shared units are drawn in tests/backends")
 def test_the_chart_of_slots_does_not_grow_with_the_latency() -> None:
-    plan = planned("wheel_suspension", initiation_interval=4)
+    plan = plans.planned(EXAMPLES / "wheel_suspension.yaml", ii=4)
     picture = schedule_chart.render(plan)
     timed = {unit.id for unit in plan.units if unit.latency}
     cells = sum(operation.unit in timed for operation in plan.operations)
     assert picture.count('data-id="slot.') == cells
-    assert "slot." not in schedule_chart.render(planned("wheel_suspension"))
+    assert "slot." not in schedule_chart.render(plans.planned(EXAMPLES / "wheel_suspension.yaml"))
 
 
 def test_explore_finds_a_front() -> None:

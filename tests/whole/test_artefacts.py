@@ -7,11 +7,12 @@ from cordicc.artefacts import ARTEFACTS, ON_REQUEST, VIEWS, Written, artefacts, 
 from cordicc.base.diagnostics import InvalidInput
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
+from tests.support.plans import compiled
 
 
 @pytest.fixture(scope="module")
 def plan() -> cordicc.Plan:
-    return cordicc.compile(EXAMPLES / "wheel_beta.yaml")
+    return compiled(EXAMPLES / "wheel_beta.yaml")
 
 
 @pytest.mark.parametrize("name", ARTEFACTS)

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-import cordicc
 from cordicc.backends.pictures import datapath
 from cordicc.cli.main import main
 from tests.support.paths import EXAMPLES
+from tests.support.plans import compiled
 from tests.support.selection import quick
 
 CASES = {
@@ -31,5 +31,5 @@ def test_passes_and_summary(case: str, golden, tmp_path: Path) -> None:
 
 
 def test_picture_of_the_readme(golden) -> None:
-    plan = cordicc.compile(EXAMPLES / "wheel_beta.yaml", target="imscor24", units="standard")
+    plan = compiled(EXAMPLES / "wheel_beta.yaml", target="imscor24", units="standard")
     golden("../../../docs/wheel_beta_imscor24.svg", datapath.render(plan))
