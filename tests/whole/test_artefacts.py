@@ -26,7 +26,9 @@ def test_each_is_written(plan: cordicc.Plan, name: str) -> None:
 def test_a_folder_has_what_is_always_written_and_what_is_asked_for(plan: cordicc.Plan) -> None:
     always = [each.file for each in ARTEFACTS.values() if each.written is Written.ALWAYS]
     assert list(artefacts(plan)) == always
-    assert list(artefacts(plan, ON_REQUEST)) == [*always, "wheel_beta.c", "wheel_beta.h"]
+    asked = [file for name in ON_REQUEST for file in plan.emit(name)]
+    assert list(artefacts(plan, ON_REQUEST)) == [*always, *asked]
+    assert list(plan.emit("c")) == ["wheel_beta.c", "wheel_beta.h"]
 
 
 def test_a_view_is_the_picture_of_the_folder(plan: cordicc.Plan) -> None:

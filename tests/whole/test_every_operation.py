@@ -90,39 +90,57 @@ OUTSIDE_UNITS = IN_PLANS | {"units have an arithmetic of their own": UNITS}
 UNITS_ALONE = IN_PLANS | {"adders, multipliers and sign logic": ARITHMETIC}
 
 PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
-    "exact": (
+    "exact: ir/meaning/exact.py FOLDS": (
         lambda: exact.FOLDS,
         {"an input is no constant": {"input"}, "constants are folded before units are chosen": UNITS},
     ),
-    "reference": (lambda: reference.OPERATIONS, GIVEN),
-    "balls": (
+    "reference: ir/meaning/reference.py OPERATIONS": (lambda: reference.OPERATIONS, GIVEN),
+    "balls: ir/meaning/balls.py OPERATIONS": (
         lambda: balls.OPERATIONS,
         GIVEN | {"few graphs with units need it: numbers of the reference do": UNITS},
     ),
-    "enclosures": (lambda: enclosures.ENCLOSURES, {"the range of an input is given": {"input"}}),
-    "doubles": (lambda: doubles.OPERATIONS, {"samples of an input are given": {"input"}}),
-    "roundings": (lambda: roundings.ERRORS, {"only what a plan may hold is judged": FUNCTIONS}),
-    "single precision": (lambda: by(lambda o, p: calculated(SingleSystem(), SINGLE, o, p)), OUTSIDE_UNITS),
-    "fixed point": (lambda: by(lambda o, p: calculated(FixedSystem(24), FIXED, o, p)), OUTSIDE_UNITS),
-    "CAU": (lambda: by(executed), UNITS_ALONE),
-    "C of single precision": (
+    "enclosures: ir/meaning/enclosures.py ENCLOSURES": (
+        lambda: enclosures.ENCLOSURES,
+        {"the range of an input is given": {"input"}},
+    ),
+    "doubles: ir/meaning/doubles.py OPERATIONS": (
+        lambda: doubles.OPERATIONS,
+        {"samples of an input are given": {"input"}},
+    ),
+    "roundings: ir/meaning/roundings.py ERRORS": (
+        lambda: roundings.ERRORS,
+        {"only what a plan may hold is judged": FUNCTIONS},
+    ),
+    "single precision: arith/numbers/operations.py EXACT, floating.py": (
+        lambda: by(lambda o, p: calculated(SingleSystem(), SINGLE, o, p)),
+        OUTSIDE_UNITS,
+    ),
+    "fixed point: arith/numbers/operations.py EXACT, fixed_system.py": (
+        lambda: by(lambda o, p: calculated(FixedSystem(24), FIXED, o, p)),
+        OUTSIDE_UNITS,
+    ),
+    "CAU: arith/unit/cau.py Cau": (lambda: by(executed), UNITS_ALONE),
+    "C of single precision: backends/c/c_single.py": (
         lambda: by(lambda o, p: written(CSinglePrecision(SingleSystem()), SINGLE, o, p)),
         OUTSIDE_UNITS,
     ),
-    "C of fixed point": (
+    "C of fixed point: backends/c/c_fixed.py": (
         lambda: by(lambda o, p: written(CFixedPoint(FixedSystem(24)), FIXED, o, p)),
         OUTSIDE_UNITS,
     ),
-    "C of units": (lambda: by(unit_written, Level.UNIT), UNITS_ALONE),
-    "formulas": (lambda: formulas.WRITERS, IN_PLANS),
-    "signs in pictures": (lambda: SYMBOLS, IN_PLANS | {"shown with their constants": {"cmul", "shift"}}),
-    "error models": (lambda: operator_models.MODELS, IN_PLANS),
-    "kinds of units": (lambda: by(performed), IN_PLANS),
-    "causes of invalid samples": (
+    "C of units: backends/c/c_units.py and its template": (lambda: by(unit_written, Level.UNIT), UNITS_ALONE),
+    "formulas: backends/text/formulas.py WRITERS": (lambda: formulas.WRITERS, IN_PLANS),
+    "signs in pictures: backends/labels.py SYMBOLS": (
+        lambda: SYMBOLS,
+        IN_PLANS | {"shown with their constants": {"cmul", "shift"}},
+    ),
+    "error models: certify/operator_models.py MODELS": (lambda: operator_models.MODELS, IN_PLANS),
+    "kinds of units: targets/target_file.py FUNCTIONS_OF_KIND": (lambda: by(performed), IN_PLANS),
+    "causes of invalid samples: emulate/causes.py REASONS": (
         lambda: causes.REASONS,
         {"it always has a value": TOTAL, "no equation has units": UNITS},
     ),
-    "functions of problem files": (
+    "functions of problem files: expressions/syntax.py FUNCTIONS": (
         lambda: syntax.FUNCTIONS,
         {
             "names and numbers": LEAVES,
@@ -134,14 +152,23 @@ PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
         },
     ),
 }
-"""Where operations are told apart: which are known there, and, by the reason, which are not."""
+"""Where operations are told apart, by file and table: what is known there, and, by the reason, what is not."""
 
 
 @pytest.mark.parametrize("place", PLACES)
 def test_each_operation_is_known_or_it_is_said_why_not(place: str) -> None:
     knows, lacks = PLACES[place]
-    known = set(knows())
-    assert known == set(OPS) - set().union(*lacks.values())
+    known, wanted = set(knows()), set(OPS) - set().union(*lacks.values())
+    assert known == wanted, f"{place}: lacks {sorted(wanted - known)}, has besides {sorted(known - wanted)}"
+
+
+def test_some_shipped_target_does_each_operation_of_plans() -> None:
+    targets = [load_target(name) for name in shipped_targets()]
+    for op, params in cases(Level.ARITHMETIC, Level.UNIT):
+        function = function_name(op, OPS[op].named(params).get("m"))
+        assert any(target.kinds_for(function) for target in targets), (
+            f"targets/*.yaml: no unit does {function}"
+        )
 
 
 @pytest.mark.parametrize("name", shipped_targets())

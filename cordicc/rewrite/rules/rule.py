@@ -45,14 +45,21 @@ class Given:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """Adds alternatives to a store, each proven equal to what is there.
+    """Adds alternatives to a store, each equal to what is there, which the author of the rule proves.
+
+    `Store.union` records the equality and believes it; `same_meaning` would only show a mistake on samples.
+    Where the alternative has a value for fewer or more inputs, its conditions are compared: see `demands` of
+    `rewrite.exact` and `Store.same_domain`.  New operations are those of `Store.make` after
+    `store.begin(origin)`; the nodes grow meanwhile, so go over a copy.  A test asks for a problem in which
+    each rule fires.
 
     Attributes:
         name: what it is called; occurs once.
         mathematics: the identity behind it, in one line.
         apply: adds what the rule finds.
         needs: what must be given, or the rule is passed over.
-        words: the sentence that explains what it adds; formulas in it stand between backticks.
+        words: the sentence that explains what it adds; formulas in it stand between backticks.  A plan
+            tells it of CAUs, sums of angles and wraps.
         cases: other such sentences, by name, for what it adds besides.
         formulas: returns the sentences where they hold formulas of the problem, given the store and what the
             rule says they are about.
