@@ -152,7 +152,7 @@ PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
         },
     ),
 }
-"""Where operations are told apart, by file and table: what is known there, and, by the reason, what is not."""
+"""Where operations are told apart, by file and table: what is known there and, by the reason, what is not."""
 
 
 @pytest.mark.parametrize("place", PLACES)
