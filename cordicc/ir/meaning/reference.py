@@ -27,6 +27,9 @@ PRECISION = 113
 _LARGEST_EXPONENT = 16384
 """Numbers of 2^16384, beyond which quadruple precision overflows, count as having no value."""
 
+_POLE = 100
+"""A tangent beyond 2^100 is that of a pole: its angle, rounded, is within rounding of one."""
+
 _EXPONENT_BITS = 1200
 """Bits of the exponents of powers that are calculated."""
 
@@ -175,6 +178,11 @@ def _hypot(a: Real, b: Real) -> Real:
 
 def _atan2(y: Real, x: Real) -> Result:
     return None if x == fzero and y == fzero else libmp.mpf_atan2(y, x, *_WORKING)
+
+
+def _tan(a: Real) -> Result:
+    tangent = libmp.mpf_tan(a, *_WORKING)
+    return None if tangent[2] + tangent[3] > _POLE else tangent
 
 
 def _log(a: Real) -> Result:
@@ -371,7 +379,7 @@ OPERATIONS: dict[str, Callable[..., Callable[..., Any]]] = {
     "hypot": _plain(_hypot),
     "sin": _unary(libmp.mpf_sin),
     "cos": _unary(libmp.mpf_cos),
-    "tan": _unary(libmp.mpf_tan),
+    "tan": _plain(_tan),
     "asin": _plain(lambda a: _within_one(libmp.mpf_asin, a)),
     "acos": _plain(lambda a: _within_one(libmp.mpf_acos, a)),
     "atan": _unary(libmp.mpf_atan),

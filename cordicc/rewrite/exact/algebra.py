@@ -278,6 +278,18 @@ class Algebra(Builder):
         return self.emit(op, (a,))
 
 
+class ValueAlgebra(Algebra):
+    """Builds values alone: where they exist is kept elsewhere, and no guard is built."""
+
+    def zero_of(self, value: Value) -> Value:
+        """Return 0."""
+        return self.const(0)
+
+    def guard(self, a: Value, s: Value, condition: str) -> Value:
+        """Return a."""
+        return a
+
+
 def _constructor(op: str) -> Callable[..., Value]:
     return lambda builder, a: builder.unary(op, a)
 

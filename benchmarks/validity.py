@@ -1,0 +1,119 @@
+"""Compare `valid` with the equations as written, on both sides of the borders of random problems.
+
+    python benchmarks/validity.py [--problems 1000] [--first 0] [--targets kinematic fixed24 ...] [--effort F]
+
+A problem counts if some of its samples have a value and others have none.  A sample is compared where the
+equations, evaluated by mpmath, agree with themselves when inputs are moved by 2e-6 of their ranges and every
+operation errs by 2^-19: nearer to a border either answer is right.  What is valid by the equations and
+invalid in the plan, because a value leaves its number format, is counted apart.  Exit status 1 if a plan
+calls a sample valid that has no value, or the other way round without such a reason, or ends in a traceback.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import cordicc
+from cordicc.base.diagnostics import InvalidInput, Unattainable
+from cordicc.emulate.observation import first_invalid
+from tests.support.random_problems import Noise, RandomProblem, beside_borders, draw, random_problem
+
+TARGETS = ("kinematic", "fixed24", "imscor24", "krieger96")
+MOVED = 2e-6
+ERRING = 2.0**-19
+TRIES = 6
+
+
+def clear_validity(problem: RandomProblem, samples: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return which samples have a value, and which are so clearly."""
+    generator = np.random.Generator(np.random.PCG64(5))
+    names = list(samples)
+    valid = problem.valid(samples)
+    clear = np.ones(valid.size, dtype=bool)
+    for index in range(valid.size):
+        row = {name: float(samples[name][index]) for name in names}
+        for attempt in range(TRIES):
+            moved = dict(row)
+            for name, (lo, hi) in problem.ranges.items():
+                moved[name] += MOVED * (hi - lo) * generator.uniform(-1, 1)
+            noise = Noise(ERRING, ERRING if attempt % 2 else 0.0)
+            if (problem.evaluate(moved, noise) is not None) != valid[index]:
+                clear[index] = False
+                break
+    return valid, clear
+
+
+def compare(problem: RandomProblem, target: str, effort: float, samples, valid, clear) -> tuple[str, str]:
+    """Return how a problem fares on a target, and more about it."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "problem.yaml"
+        path.write_text(problem.text, encoding="utf-8")
+        try:
+            plan = cordicc.compile(path, target=target, certify=False, effort=effort)
+        except (InvalidInput, Unattainable) as error:
+            return error.diagnostics[0].code, ""
+    got = plan.simulate(samples)["valid"]
+    wrong = np.flatnonzero(got & ~valid & clear)
+    if wrong.size:
+        return "VALID WITHOUT A VALUE", str({name: float(c[wrong[0]]) for name, c in samples.items()})
+    lost = np.flatnonzero(~got & valid & clear)
+    for index in lost:
+        sample = {name: float(column[index]) for name, column in samples.items()}
+        culprit = first_invalid(plan, plan.arithmetic, sample)
+        if culprit is None or culprit.op in ("guard", "implicit", "vector", "lightcone"):
+            return "LOST", f"{sample} {'' if culprit is None else culprit.op}"
+    return ("left its format" if lost.size else "agree"), ""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--problems", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first problem")
+    parser.add_argument("--targets", nargs="+", default=list(TARGETS))
+    parser.add_argument("--effort", type=float, default=0.05)
+    options = parser.parse_args()
+    warnings.simplefilter("error")
+    ends: Counter[str] = Counter()
+    compared = bad = found = 0
+    seed, begin = options.first, time.monotonic()
+    while found < options.problems:
+        problem = random_problem(seed)
+        seed += 1
+        samples = draw(problem, 40)
+        valid = problem.valid(samples)
+        if valid.all() or not valid.any():
+            continue
+        border = beside_borders(problem, 12)
+        samples = {name: np.concatenate([c, border[name]]) for name, c in samples.items()}
+        valid, clear = clear_validity(problem, samples)
+        found += 1
+        for target in options.targets:
+            try:
+                end, more = compare(problem, target, options.effort, samples, valid, clear)
+            except Exception:
+                end, more = "TRACEBACK", traceback.format_exc()
+            ends[end] += 1
+            compared += int(clear.sum())
+            if end.isupper() and not end[1].isdigit():
+                bad += 1
+                print(f"--- seed {seed - 1} on {target}: {end} {more}\n{problem.text}", flush=True)
+    print(f"{found} problems of {seed - options.first} on {len(options.targets)} targets, {compared} samples")
+    for end, count in sorted(ends.items()):
+        print(f"  {end:24} {count}")
+    print(f"{time.monotonic() - begin:.0f} s")
+    sys.exit(bool(bad))
+
+
+if __name__ == "__main__":
+    main()
