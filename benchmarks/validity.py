@@ -3,8 +3,8 @@
     python benchmarks/validity.py [--problems 1000] [--first 0] [--targets kinematic fixed24 ...] [--effort F]
 
 A problem counts if some of its samples have a value and others have none.  A sample is compared where the
-equations, evaluated by mpmath, agree with themselves when inputs are moved by 2e-6 of their ranges and every
-operation errs by 2^-19: nearer to a border either answer is right.  What is valid by the equations and
+equations, evaluated by mpmath, agree with themselves when inputs are moved by 2^-19 of their ranges and every
+operation errs by as much: nearer to a border either answer is right.  What is valid by the equations and
 invalid in the plan, because a value leaves its number format, is counted apart.  Exit status 1 if a plan
 calls a sample valid that has no value, or the other way round without such a reason, or ends in a traceback.
 """
@@ -27,31 +27,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import cordicc
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate.observation import first_invalid
-from tests.support.random_problems import Noise, RandomProblem, beside_borders, draw, random_problem
+from tests.support.random_problems import RandomProblem, beside_borders, clear_validity, draw, random_problem
 
 TARGETS = ("kinematic", "fixed24", "imscor24", "krieger96")
-MOVED = 2e-6
 ERRING = 2.0**-19
-TRIES = 6
-
-
-def clear_validity(problem: RandomProblem, samples: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return which samples have a value, and which are so clearly."""
-    generator = np.random.Generator(np.random.PCG64(5))
-    names = list(samples)
-    valid = problem.valid(samples)
-    clear = np.ones(valid.size, dtype=bool)
-    for index in range(valid.size):
-        row = {name: float(samples[name][index]) for name in names}
-        for attempt in range(TRIES):
-            moved = dict(row)
-            for name, (lo, hi) in problem.ranges.items():
-                moved[name] += MOVED * (hi - lo) * generator.uniform(-1, 1)
-            noise = Noise(ERRING, ERRING if attempt % 2 else 0.0)
-            if (problem.evaluate(moved, noise) is not None) != valid[index]:
-                clear[index] = False
-                break
-    return valid, clear
 
 
 def compare(problem: RandomProblem, target: str, effort: float, samples, valid, clear) -> tuple[str, str]:
@@ -96,7 +75,7 @@ def main() -> None:
             continue
         border = beside_borders(problem, 12)
         samples = {name: np.concatenate([c, border[name]]) for name, c in samples.items()}
-        valid, clear = clear_validity(problem, samples)
+        valid, clear = clear_validity(problem, samples, ERRING)
         found += 1
         for target in options.targets:
             try:

@@ -280,6 +280,31 @@ class RandomProblem:
         return np.array([self.evaluate(row) is not None for row in rows])
 
 
+def clear_validity(
+    problem: RandomProblem, samples: Mapping[str, np.ndarray], erring: float, tries: int = 6
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which samples have a value, and which do or do not so clearly.
+
+    A sample is clear if the answer stays when every operation errs by a relative and in every other try
+    also by an absolute amount up to `erring`, and inputs are moved by as much of their ranges.
+    """
+    generator = random.Random(5)
+    valid = problem.valid(samples)
+    clear = np.ones(valid.size, dtype=bool)
+    for index in range(valid.size):
+        for attempt in range(tries):
+            moved = {
+                name: float(column[index])
+                + erring * (problem.ranges[name][1] - problem.ranges[name][0]) * generator.uniform(-1, 1)
+                for name, column in samples.items()
+            }
+            noise = Noise(erring, erring if attempt % 2 else 0.0)
+            if (problem.evaluate(moved, noise) is not None) != valid[index]:
+                clear[index] = False
+                break
+    return valid, clear
+
+
 class _Writer:
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
