@@ -4,9 +4,10 @@
 
 A problem counts if some of its samples have a value and others have none.  A sample is compared where the
 equations, evaluated by mpmath, agree with themselves when inputs are moved by 2^-19 of their ranges and every
-operation errs by as much: nearer to a border either answer is right.  What is valid by the equations and
-invalid in the plan, because a value leaves its number format, is counted apart.  Exit status 1 if a plan
-calls a sample valid that has no value, or the other way round without such a reason, or ends in a traceback.
+operation errs by as much, or by 8 steps of the coarsest format of a fixed-point plan: nearer to a border
+either answer is right.  What is valid by the equations and invalid in the plan, because a value leaves its
+number format, is counted apart.  Exit status 1 if a plan calls a sample valid that has no value, or the other
+way round without such a reason, or ends in a traceback.
 """
 
 from __future__ import annotations
@@ -25,34 +26,46 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cordicc
+from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate.observation import first_invalid
+from cordicc.emulate.ports import PortFormats
 from tests.support.random_problems import RandomProblem, beside_borders, clear_validity, draw, random_problem
 
 TARGETS = ("kinematic", "fixed24", "imscor24", "krieger96")
 ERRING = 2.0**-19
 
 
-def compare(problem: RandomProblem, target: str, effort: float, samples, valid, clear) -> tuple[str, str]:
-    """Return how a problem fares on a target, and more about it."""
+def resolution(plan: cordicc.Plan) -> float:
+    """Return the step of the coarsest fixed-point format of a plan, 0 if it has none."""
+    formats = PortFormats.of(plan, plan.arithmetic)
+    every = (*formats.values.values(), *formats.outputs.values())
+    return max((2.0**-f.fraction_bits for f in every if isinstance(f, FixedPoint)), default=0.0)
+
+
+def compare(problem: RandomProblem, target: str, effort: float, samples) -> tuple[str, str, int]:
+    """Return how a problem fares on a target, more about it, and how many samples were compared."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "problem.yaml"
         path.write_text(problem.text, encoding="utf-8")
         try:
             plan = cordicc.compile(path, target=target, certify=False, effort=effort)
         except (InvalidInput, Unattainable) as error:
-            return error.diagnostics[0].code, ""
+            return error.diagnostics[0].code, "", 0
+    valid, clear = clear_validity(problem, samples, max(ERRING, 8 * resolution(plan)))
+    compared = int(clear.sum())
     got = plan.simulate(samples)["valid"]
     wrong = np.flatnonzero(got & ~valid & clear)
     if wrong.size:
-        return "VALID WITHOUT A VALUE", str({name: float(c[wrong[0]]) for name, c in samples.items()})
+        example = {name: float(c[wrong[0]]) for name, c in samples.items()}
+        return "VALID WITHOUT A VALUE", str(example), compared
     lost = np.flatnonzero(~got & valid & clear)
     for index in lost:
         sample = {name: float(column[index]) for name, column in samples.items()}
         culprit = first_invalid(plan, plan.arithmetic, sample)
         if culprit is None or culprit.op in ("guard", "implicit", "vector", "lightcone"):
-            return "LOST", f"{sample} {'' if culprit is None else culprit.op}"
-    return ("left its format" if lost.size else "agree"), ""
+            return "LOST", f"{sample} {'' if culprit is None else culprit.op}", compared
+    return ("left its format" if lost.size else "agree"), "", compared
 
 
 def main() -> None:
@@ -75,15 +88,14 @@ def main() -> None:
             continue
         border = beside_borders(problem, 12)
         samples = {name: np.concatenate([c, border[name]]) for name, c in samples.items()}
-        valid, clear = clear_validity(problem, samples, ERRING)
         found += 1
         for target in options.targets:
             try:
-                end, more = compare(problem, target, options.effort, samples, valid, clear)
+                end, more, count = compare(problem, target, options.effort, samples)
             except Exception:
-                end, more = "TRACEBACK", traceback.format_exc()
+                end, more, count = "TRACEBACK", traceback.format_exc(), 0
             ends[end] += 1
-            compared += int(clear.sum())
+            compared += count
             if end.isupper() and not end[1].isdigit():
                 bad += 1
                 print(f"--- seed {seed - 1} on {target}: {end} {more}\n{problem.text}", flush=True)

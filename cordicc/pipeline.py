@@ -166,7 +166,11 @@ def _plans(
     """Return plans with operations chosen for a goal; why others cannot be is added to `refused`."""
     options, plans = request.options, []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
+    choice: Choice | None = None
     for implicit in _implicit_choices(options, request.target):
+        if choice is not None and all(node.op != "implicit" for node in choice.graph.nodes):
+            # Where implicit CAUs are allowed and none is worth it, forbidding them changes nothing.
+            break
         request.enter("choosing operations")
         choice = rewrite(
             request.loaded.problem,

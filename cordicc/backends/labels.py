@@ -148,6 +148,13 @@ def proof(plan: Plan, name: str) -> str:
     return "no bound" if bound is None else f"at least {bound}"
 
 
+def needs_effort(plan: Plan) -> bool:
+    """Tell whether a larger --effort may find or prove more."""
+    searched = not plan.selection.searched or plan.selection.proven
+    limited = any("--effort" in words for words in plan.selection.left_out)
+    return limited or not searched or not all(plan.optimal.values())
+
+
 def headline(plan: Plan) -> str:
     """Return target, latency, CAU count and initiation interval in one line."""
     kinds = [unit.kind for unit in plan.units]

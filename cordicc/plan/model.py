@@ -113,12 +113,14 @@ class Fifo:
 class Selection:
     """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them.
 
-    `facts` are the assumptions of the problem, as written there, on which the choice rests.
+    `facts` are the assumptions of the problem, as written there, on which the choice rests; `left_out` what
+    was not among the alternatives for its size, its work or the target, in words.
     """
 
     searched: bool = False
     proven: bool = False
     facts: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,9 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": dict(plan.optimal),
         "bounds": dict(plan.bounds),
-        "selection": {**asdict(plan.selection), "facts": list(plan.selection.facts)},
+        "selection": {
+            name: list(x) if isinstance(x, tuple) else x for name, x in asdict(plan.selection).items()
+        },
         "formats": {
             "values": {name: point._asdict() for name, point in plan.formats.values.items()},
             "outputs": {name: point._asdict() for name, point in plan.formats.outputs.items()},
@@ -204,7 +206,12 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
             {name: _read_point(item) for name, item in delivered(formats["outputs"]).items()},
         ),
         accuracy={name: _read_accuracy(item) for name, item in delivered(data["accuracy"]).items()},
-        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
+        selection=Selection(
+            selection["searched"],
+            selection["proven"],
+            tuple(selection.get("facts", ())),
+            tuple(selection.get("left_out", ())),
+        ),
         unit_program=None if program is None else parse_graph(program, name),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from cordicc.ir.graph import Graph
@@ -16,6 +16,8 @@ from cordicc.rewrite.search.costs import Costs, of_graph
 from cordicc.rewrite.search.realisations import Realisations
 from cordicc.rewrite.search.start import sample_points
 
+STOPPED = "all alternatives: the choice among them found none within its work"
+
 _POINTS = 1000
 """Samples on which realisations are compared, besides those near singular points."""
 
@@ -24,7 +26,8 @@ _POINTS = 1000
 class Choice:
     """A graph of unit operations, whether it is proven the cheapest alternative, each node's steps.
 
-    `facts`: the texts of the assumptions that it rests on.
+    `facts`: the texts of the assumptions that it rests on.  `left_out`: what was not among the alternatives,
+    or turned down, in words.
     """
 
     graph: Graph
@@ -32,6 +35,7 @@ class Choice:
     searched: bool = False
     steps: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     facts: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs) -> Choice:
@@ -51,30 +55,45 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
         bases.append(base)
     points = sample_points(problem, bases, _POINTS)
     if points is None:
-        return Choice(graph)
+        words = "all alternatives: too few samples of the inputs have a value"
+        return Choice(graph, left_out=(words,) if problem.inputs else ())
     least = of_graph(graph, costs, context.goal)
     gate = AccuracyGate(problem, graph, points)
+    turned_down = 0
+    left_out: list[str] = []
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
         realisations = Realisations(problem, context, bases, costs, lift=lift)
+        left_out = realisations.left_out
         found, first = realisations.best(), True
         if found is None:
-            return Choice(graph)
+            return Choice(graph, left_out=_words(left_out or [STOPPED], turned_down))
         while found is not None:
             made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
             verify(made)
-            if of_graph(made, costs, context.goal) >= least:
-                if first:
-                    return Choice(graph, proven=found.proven, searched=True)
+            cheaper = of_graph(made, costs, context.goal) < least
+            if not cheaper and first:
+                return Choice(graph, found.proven, searched=True, left_out=_words(left_out, turned_down))
+            if not cheaper:
                 break
             inaccurate = gate.less_accurate(made)
             if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
-                return Choice(made, found.proven, True, steps, found.facts)
+                words = _words(left_out, turned_down)
+                return Choice(made, found.proven, True, steps, found.facts, words)
+            turned_down += 1
             # In chains of standard units results are no longer those of the search.
             among = realisations.may_be_banned(found) if costs.implicit else ()
             blamed = gate.culprit(made, *inaccurate, among) if among else None
             if blamed is not None:
                 realisations.ban(found, blamed)
             found, first = realisations.best(), False
-    return Choice(graph, searched=True)
+    return Choice(graph, searched=True, left_out=_words(left_out, turned_down))
+
+
+def _words(left_out: Sequence[str], turned_down: int) -> tuple[str, ...]:
+    """Return what was left out, with how many cheaper realisations were turned down."""
+    if not turned_down:
+        return tuple(left_out)
+    choices = "choice of operations" if turned_down == 1 else "choices of operations"
+    return (*left_out, f"{turned_down} cheaper {choices}, with which rounding would move an output too far")

@@ -281,7 +281,7 @@ class RandomProblem:
 
 
 def clear_validity(
-    problem: RandomProblem, samples: Mapping[str, np.ndarray], erring: float, tries: int = 6
+    problem: RandomProblem, samples: Mapping[str, np.ndarray], erring: float, tries: int = 10
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which samples have a value, and which do or do not so clearly.
 

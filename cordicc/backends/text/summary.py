@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, proof
+from cordicc.backends.labels import MOST, duration, most_within, needs_effort, proof
 from cordicc.base.text_tables import Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import StatedBound
@@ -28,6 +28,7 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         ("processors", f"{count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
         ("operators", ", ".join(others) or "none"),
         ("chosen", _chosen(plan)),
+        *_left_out(plan),
         (
             "latency",
             f"{count(plan.latency_cycles, 'cycle')}, {duration(plan.latency_seconds)} ({proven['latency']})",
@@ -51,8 +52,16 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
 def _chosen(plan: Plan) -> str:
     """Say how the operations were chosen."""
     if not plan.selection.searched:
-        return "as the rules give them, without a search"
+        return "as the equations give them, without a search"
     return "the cheapest of the alternatives found, " + ("proven" if plan.selection.proven else "not proven")
+
+
+def _left_out(plan: Plan) -> list[tuple[str, str]]:
+    """Say what was not among the alternatives, and how to get more."""
+    rows = [("  left out", words) for words in plan.selection.left_out]
+    if needs_effort(plan):
+        rows.append(("  for more", f"a larger --effort than {plan.options.effort or 1:g}"))
+    return rows
 
 
 def explanation_text(plan: Plan) -> str:

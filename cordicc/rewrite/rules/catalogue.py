@@ -15,6 +15,7 @@ from cordicc.rewrite.rules.forms import FORMS
 from cordicc.rewrite.rules.frames import FRAMES
 from cordicc.rewrite.rules.half_sums import HALF_SUMS
 from cordicc.rewrite.rules.hyperbolic_angles import HYPERBOLIC_ANGLES
+from cordicc.rewrite.rules.mirrored_angles import MIRRORED_ANGLES
 from cordicc.rewrite.rules.multiples import MULTIPLES
 from cordicc.rewrite.rules.norms import NORM_CHAINS, NORMS
 from cordicc.rewrite.rules.offsets import OFFSETS
@@ -41,6 +42,7 @@ RULES: tuple[Rule, ...] = (
     COMMON_DENOMINATORS,  # lifts every vectoring and equation that is there by now
     ROOTS_OF_PRODUCTS,  # common denominators are products of roots
     ANGLE_SUMS,  # of every angle that is there by now; the rules below add none but to turn by
+    MIRRORED_ANGLES,
     NORMS,
     NORM_CHAINS,
     SQUARES,

@@ -39,6 +39,11 @@ class Found:
     sources: Mapping[Value, Value]
 
 
+def at_effort(work: float) -> str:
+    """Return the option by which sizes are limited, with its value."""
+    return f"--effort {work:g}"
+
+
 class Realisations:
     """The best realisations around those given, one after the other."""
 
@@ -65,14 +70,28 @@ class Realisations:
         self._tried = 0.0
         self._banned: set[Value] = set()
         self._filled = None
-        if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
-            points = sample_points(problem, graphs)
-            self._filled = None if points is None else fill(problem, context.inputs, graphs, points)
+        work, nodes = max(1.0, context.effort), sum(len(g.nodes) for g in graphs)
+        self.left_out: list[str] = []
+        """What the alternatives lack, in words."""
+        points = sample_points(problem, graphs) if problem.inputs and nodes <= _NODES * work else None
+        if nodes > _NODES * work:
+            self.left_out.append(f"all alternatives: {nodes} operations, too many for {at_effort(work)}")
+        if points is not None:
+            self._filled = fill(problem, context.inputs, graphs, points, work)
+            if self._filled is None:
+                self.left_out.append(f"all alternatives: too many variables for {at_effort(work)}")
         if self._filled is not None:
             store, moved, outputs = self._filled.store, self._filled.moved, self._filled.outputs
             given = Given(store, graphs, moved, outputs, lifting=lift)
             for rule in RULES:
                 rule.run(given)
+            if not lift:
+                self.left_out.append("scaling by common denominators, which costs digits on fixed point")
+            if store.field.given_up:
+                steps = "step" if store.field.given_up == 1 else "steps"
+                self.left_out.append(
+                    f"{store.field.given_up} {steps} of algebra, too large for {at_effort(work)}"
+                )
 
     def may_be_banned(self, found: Found) -> set[Value]:
         """Return the results in a realisation that the first one given does not need."""

@@ -52,9 +52,13 @@ def fill(
     ranges: Mapping[str, Interval],
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
+    work: float,
 ) -> Filled | None:
-    """Return a store with realisations in it, None if they take more generators than there may be."""
-    field = _field(graphs)
+    """Return a store with realisations in it, None if they take more generators than there may be.
+
+    `work` multiplies the usual limits of size.
+    """
+    field = _field(graphs, work)
     if field is None:
         return None
     store = Store(field, ranges, points)
@@ -114,7 +118,7 @@ def sample_points(
     return {name: column[rows] for name, column in drawn.items()}
 
 
-def _field(graphs: Sequence[Graph]) -> Field | None:
+def _field(graphs: Sequence[Graph], work: float) -> Field | None:
     operations = [n for g in graphs for n in g.nodes]
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
     inputs = count.get("input", 0) // len(graphs)
@@ -129,7 +133,8 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
     opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
     free = inputs + 2 * pairs + opaque + OPAQUE
-    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
+    fits = free + pairs + roots <= _GENERATORS * work
+    return Field(free, pairs, roots, work) if fits else None
 
 
 def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
