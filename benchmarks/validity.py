@@ -26,21 +26,19 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cordicc
-from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate.observation import first_invalid
-from cordicc.emulate.ports import PortFormats
-from tests.support.random_problems import RandomProblem, beside_borders, clear_validity, draw, random_problem
+from tests.support.random_problems import (
+    RandomProblem,
+    beside_borders,
+    clear_validity,
+    draw,
+    random_problem,
+    resolution,
+)
 
 TARGETS = ("kinematic", "fixed24", "imscor24", "krieger96")
 ERRING = 2.0**-19
-
-
-def resolution(plan: cordicc.Plan) -> float:
-    """Return the step of the coarsest fixed-point format of a plan, 0 if it has none."""
-    formats = PortFormats.of(plan, plan.arithmetic)
-    every = (*formats.values.values(), *formats.outputs.values())
-    return max((2.0**-f.fraction_bits for f in every if isinstance(f, FixedPoint)), default=0.0)
 
 
 def compare(problem: RandomProblem, target: str, effort: float, samples) -> tuple[str, str, int]:

@@ -57,6 +57,7 @@ FIRES: dict[str, tuple[str, str, str]] = {
         "f = sqrt((x + 1)**2 + (y - 1)**2 + 9)\ng = sqrt((x - 3)**2 + (y + 1)**2 + 9)",
         "f, g",
     ),
+    "mirrored angles": ("x=-1:1, y=-1:1, z=-1:1", "p = atan2(y, x*z)\nq = atan2(-y, -x*z)", "p, q"),
     "half sums and half differences": (
         "a=-1:1, b=-1:1",
         "p = cos(a)*cos(b) + 2*sin(a)*sin(b)\nq = cos(a)*sin(b) + 2*sin(a)*cos(b)",

@@ -16,6 +16,10 @@ from typing import Any
 import numpy as np
 from mpmath import fp, mp
 
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.emulate.ports import PortFormats
+from cordicc.plan.model import Plan
+
 DIGITS = 34
 
 _RANGES = (
@@ -303,6 +307,13 @@ def clear_validity(
                 clear[index] = False
                 break
     return valid, clear
+
+
+def resolution(plan: Plan) -> float:
+    """Return the step of the coarsest fixed-point format of a plan, 0 if it has none."""
+    formats = PortFormats.of(plan, plan.arithmetic)
+    every = (*formats.values.values(), *formats.outputs.values())
+    return max((2.0**-f.fraction_bits for f in every if isinstance(f, FixedPoint)), default=0.0)
 
 
 class _Writer:

@@ -52,7 +52,7 @@ def fill(
     ranges: Mapping[str, Interval],
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
-    work: float,
+    work: float = 1.0,
 ) -> Filled | None:
     """Return a store with realisations in it, None if they take more generators than there may be.
 
