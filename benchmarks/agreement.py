@@ -20,7 +20,9 @@ import time
 import traceback
 import warnings
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +30,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cordicc
 from cordicc.arith.compiled.compiled_cau import available, compiled_arithmetic
+from cordicc.base.arrays import Samples
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate import cycle, functional
 from cordicc.plan.copies import name_of
+from cordicc.plan.model import Plan
 from cordicc.targets.target_file import shipped_targets
 from tests.support.c_models import COMPILER, check
 from tests.support.random_problems import (
@@ -52,7 +56,7 @@ class Difference(Exception):
     """Two paths disagree."""
 
 
-def same(name: str, one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> None:
+def same(name: str, one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
     """Raise Difference unless two runs have the same bits."""
     for key, column in one.items():
         if not np.array_equal(np.asarray(column), np.asarray(other[key]), equal_nan=True):
@@ -61,17 +65,20 @@ def same(name: str, one: dict[str, np.ndarray], other: dict[str, np.ndarray]) ->
 
 def spread(problem: RandomProblem, sample: dict[str, float], erring: float) -> dict[str, float] | None:
     """Return by output how far rounding moves it at a sample, None where that has no value in some try."""
-    made = []
+    made: list[dict[str, float]] = []
     for attempt in range(TRIES):
         noise = Noise(erring, erring if attempt % 2 else 0.0)
         noise.generator.seed(attempt)
-        made.append(problem.evaluate(sample, noise))
-    if None in made:
-        return None
-    return {name: np.ptp([each[name] for each in made]) for name in problem.outputs}
+        values = problem.evaluate(sample, noise)
+        if values is None:
+            return None
+        made.append(values)
+    return {name: float(np.ptp([each[name] for each in made])) for name in problem.outputs}
 
 
-def judge(problem: RandomProblem, plan: cordicc.Plan, samples, outputs, suffix: str) -> int:
+def judge(
+    problem: RandomProblem, plan: Plan, samples: Samples, outputs: Mapping[str, Any], suffix: str
+) -> int:
     """Compare outputs with mpmath's; return how many samples were compared."""
     erring = max(ERRING, 8 * resolution(plan))
     valid, clear = clear_validity(problem, samples, erring)
@@ -99,7 +106,7 @@ def judge(problem: RandomProblem, plan: cordicc.Plan, samples, outputs, suffix: 
     return compared
 
 
-def run(problem: RandomProblem, options: dict, path: Path) -> tuple[str, int]:
+def run(problem: RandomProblem, options: dict[str, Any], path: Path) -> tuple[str, int]:
     """Return how a problem ended, and how many samples were compared with mpmath."""
     path.write_text(problem.text, encoding="utf-8")
     try:
@@ -132,7 +139,7 @@ def run(problem: RandomProblem, options: dict, path: Path) -> tuple[str, int]:
     return "agree", compared
 
 
-def case(item: tuple[int, float]) -> tuple[int, str, int, str, dict]:
+def case(item: tuple[int, float]) -> tuple[int, str, int, str, dict[str, Any]]:
     """Return seed, how its problem ended, the samples compared, a trace, and the options."""
     seed, effort = item
     warnings.simplefilter("error")

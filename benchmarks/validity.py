@@ -26,6 +26,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cordicc
+from cordicc.base.arrays import Samples
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.emulate.observation import first_invalid
 from tests.support.random_problems import (
@@ -41,7 +42,7 @@ TARGETS = ("kinematic", "fixed24", "imscor24", "krieger96")
 ERRING = 2.0**-19
 
 
-def compare(problem: RandomProblem, target: str, effort: float, samples) -> tuple[str, str, int]:
+def compare(problem: RandomProblem, target: str, effort: float, samples: Samples) -> tuple[str, str, int]:
     """Return how a problem fares on a target, more about it, and how many samples were compared."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "problem.yaml"

@@ -79,8 +79,8 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
             inaccurate = gate.less_accurate(made)
             if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
-                words = _words(left_out, turned_down)
-                return Choice(made, found.proven, True, steps, found.facts, words)
+                said = _words(left_out, turned_down)
+                return Choice(made, found.proven, True, steps, found.facts, said)
             turned_down += 1
             # In chains of standard units results are no longer those of the search.
             among = realisations.may_be_banned(found) if costs.implicit else ()
