@@ -190,7 +190,11 @@ def _target_unit(kind: str, used: int, unit: PlanUnitKind) -> TargetUnit:
 
 
 def chosen(plan: Plan) -> str:
-    """Say how the operations were chosen."""
+    """Say how the operations were chosen, and what was not among the alternatives."""
+    return _found(plan) + "".join(f"; left out: {words}" for words in plan.selection.left_out)
+
+
+def _found(plan: Plan) -> str:
     if not plan.selection.searched:
         return "as the rules give them, without a search for others"
     if plan.selection.proven:

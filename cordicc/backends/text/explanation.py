@@ -140,6 +140,12 @@ def _reasons(plan: Plan, formulas: Formulas) -> Iterator[tuple[str, str]]:
 
 
 def _choice(plan: Plan) -> str:
+    """Say how the operations were chosen, and what was not among the alternatives."""
+    left_out = "".join(f"; left out: {words}" for words in plan.selection.left_out)
+    return _found(plan) + left_out
+
+
+def _found(plan: Plan) -> str:
     if not plan.selection.searched:
         return "as the rules give them; alternatives were not searched, so other operations may be cheaper"
     found = "the cheapest of the alternatives that rewriting finds, each proven equal to the equations"
