@@ -39,7 +39,7 @@ class Effort:
     """
 
     schedule: float = 10.0
-    words: float = 8.0
+    words: float = 5.0
     binding: float = 4.0
     seconds: float | None = None
     threads: int = 2
