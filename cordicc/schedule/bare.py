@@ -5,11 +5,11 @@ The text of the graph is checked in full before any work, and its size is bounde
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import count
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
@@ -151,7 +151,7 @@ def _unit_names(problem: SchedulingProblem, binding: Binding) -> dict[tuple[str,
     names: dict[tuple[str, int], str] = {}
     taken: set[str] = set()
     for kind, places in units.items():
-        free = (name for name in (f"{kind}{number}" for number in count()) if name not in taken)
+        free = (name for name in (f"{kind}{number}" for number in itertools.count()) if name not in taken)
         mine = {(kind, place): name for place, name in zip(sorted(places), free, strict=False)}
         names |= mine
         taken.update(mine.values())

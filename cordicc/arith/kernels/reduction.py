@@ -35,7 +35,7 @@ TAU_BITS = 37
 TURN_BITS = 64
 TURN_TAIL_BITS = 30
 PHASE_EXPONENTS = range(-192, 161)
-"""Of operands whose phase is known: those of singles, and of words with the most and the fewest fraction bits."""
+"""Of operands whose phase is known: singles, and words with the most and the fewest fraction bits."""
 
 
 class Reduced(NamedTuple):
