@@ -25,7 +25,8 @@ from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, run_parts
 from cordicc.emulate.observation import reference_samples
-from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import PART_ROWS, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import DEFAULT_SAMPLES, draw_parts
