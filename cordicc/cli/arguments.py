@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from cordicc.cli.console import tell
+from cordicc.cli.streams import deliver
 
 if TYPE_CHECKING:
     from cordicc.api import RunnablePlan
@@ -94,7 +95,7 @@ def write_or_print(path: Path | None, text: str) -> None:
     from cordicc.base.files import write_file
 
     if path is None or is_stdout(path):
-        click.echo(text, nl=False)
+        deliver(text)
     else:
         write_file(path, text)
 

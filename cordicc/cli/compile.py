@@ -23,6 +23,7 @@ from cordicc.cli.arguments import (
     units_option,
 )
 from cordicc.cli.console import show, stages, tell
+from cordicc.cli.streams import deliver, say
 
 if TYPE_CHECKING:
     from cordicc.ir.graph import Graph
@@ -134,7 +135,7 @@ def command(
 
     def watch(name: str, graph: Graph) -> None:
         if print_after in (name, "all"):
-            click.echo(f"; after {name}\n{print_graph(graph)}", err=as_json)
+            say(f"; after {name}\n{print_graph(graph)}", err=as_json)
 
     if rate is not None and ii is not None:
         raise click.UsageError("--ii and --rate exclude each other")
@@ -149,8 +150,8 @@ def command(
     files = artefacts(plan, emit)
     write_files(folder, files)
     if explain:
-        click.echo(explanation_text(plan), err=as_json)
+        say(explanation_text(plan), err=as_json)
     if as_json:
-        click.echo(summary(plan), nl=False)
+        deliver(summary(plan))
     elif not quiet:
         show(plan_sheet(plan, f"wrote {folder}: {', '.join(files)}"))

@@ -18,6 +18,7 @@ from cordicc.cli.arguments import (
     units_option,
 )
 from cordicc.cli.console import Progress, show, tell
+from cordicc.cli.streams import deliver
 
 if TYPE_CHECKING:
     from cordicc.studies.trade_off import Front
@@ -77,7 +78,7 @@ def command(
     else:
         write_file(output, picture)
     if as_json:
-        click.echo(trade_off.as_json(result), nl=False)
+        deliver(trade_off.as_json(result))
     else:
         show(trade_off.as_sheet(result))
 
