@@ -80,6 +80,11 @@ def output_option(about: str, metavar: str | None = None) -> Callable[[F], F]:
     return click.option("-o", "--output", type=FILE, metavar=metavar, help=about)
 
 
+def force_option() -> Callable[[F], F]:
+    """Return the flag `--force`: files that cordicc did not make may be replaced."""
+    return click.option("--force", is_flag=True, help="Replace files that cordicc did not make, too.")
+
+
 def json_option(what: str) -> Callable[[F], F]:
     """Return the flag `--json`: results for programs."""
     return click.option("--json", "as_json", is_flag=True, help=f"Print {what} as one JSON object.")
