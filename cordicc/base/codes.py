@@ -199,7 +199,7 @@ HELP: dict[str, str] = {
     "E603": "The file was changed: compile the problem again.",
     "E604": "Name another folder with -o, move the file away, or replace it: --force.",
     "E610": "Give one array of the same length for each input.",
-    "E611": "Comma-separated decimal numbers under a header, or an .npz of one-dimensional arrays.",
+    "E611": "Comma-separated decimal numbers under a header, or an .npz of one-dimensional arrays, whole.",
     "E612": "The header needs the names of all inputs, each once.",
     "E613": "Every row has as many fields as the header.",
     "E614": "Write decimal numbers; nan and inf are not inputs.",

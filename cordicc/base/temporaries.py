@@ -16,7 +16,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -53,17 +53,17 @@ def _check(token: str) -> str:
 @contextmanager
 def replacing(final: Path) -> Iterator[IO[bytes]]:
     """Open a file aside that takes the place of another once all is well; raises OSError."""
-    with _named_in(final.parent) as aside:
+    with _named_in(final.parent) as aside, ExitStack() as stack:
         with locked(final.parent):
             remove_leftovers(final.parent)
-            descriptor = os.open(aside, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
-            _try_lock(descriptor)
-        with os.fdopen(descriptor, "wb") as file:
+            aside.touch(0o600, exist_ok=False)
+            stack.enter_context(_in_use(aside))
+        with aside.open("wb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
-            os.chmod(aside, 0o666 & ~umask())
-            os.replace(aside, final)
+        os.chmod(aside, 0o666 & ~umask())
+        os.replace(aside, final)
 
 
 @contextmanager
@@ -74,12 +74,8 @@ def folder_in(parent: Path) -> Iterator[Path]:
     """
     with _named_in(parent) as aside:
         aside.mkdir(0o700)
-        descriptor = os.open(aside, os.O_RDONLY)
-        try:
-            _try_lock(descriptor)
+        with _in_use(aside):
             yield aside
-        finally:
-            os.close(descriptor)
 
 
 def umask() -> int:
@@ -100,6 +96,20 @@ def _try_lock(descriptor: int) -> bool | None:
     except OSError:
         return None
     return True
+
+
+@contextmanager
+def _in_use(aside: Path) -> Iterator[None]:
+    """Keep other runs from taking something aside for a leftover."""
+    if fcntl is None:
+        yield
+        return
+    descriptor = os.open(aside, os.O_RDONLY)
+    try:
+        _try_lock(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def remove_leftovers(folder: Path) -> None:

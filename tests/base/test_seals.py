@@ -37,8 +37,9 @@ def test_a_changed_file_is_told(name: str) -> None:
 
 
 def test_marks_are_comments() -> None:
-    ast.parse(sealed("simulate.py", TEXTS["simulate.py"]))
-    ElementTree.fromstring(sealed("a.svg", TEXTS["a.svg"]))
+    script = "simulate.py"
+    assert ast.dump(ast.parse(sealed(script, TEXTS[script]))) == ast.dump(ast.parse(TEXTS[script]))
+    assert len(ElementTree.fromstring(sealed("a.svg", TEXTS["a.svg"]))) == 0
 
 
 @pytest.mark.parametrize(
