@@ -41,7 +41,8 @@ class Picture:
         """Return the picture in the format of a file name's end: `.svg`, `.png`, `.pdf`; none means SVG.
 
         Raises:
-            InvalidInput: another suffix (E651), or what PNG and PDF take is not installed (E650).
+            InvalidInput: another suffix (E651), what PNG and PDF take is not installed (E650), or the picture
+                is too large for PNG (E654).
         """
         kind = suffix.removeprefix(".").lower() or "svg"
         if kind not in raster.FORMATS:

@@ -8,6 +8,7 @@ import click
 
 from cordicc.cli.arguments import PROBLEM
 from cordicc.cli.console import tell
+from cordicc.cli.streams import say
 
 
 @click.command("check")
@@ -27,4 +28,4 @@ def command(file: Path) -> None:
     tell(warnings)
     parts = ((problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output"))
     counts = ", ".join(count(len(items), noun) for items, noun in parts)
-    click.echo(f"{problem.name}: {counts}, no errors")
+    say(f"{problem.name}: {counts}, no errors")

@@ -17,7 +17,8 @@ from cordicc.certify.plans import StatedBounds
 from cordicc.cli.sample_run import SampleRun, again
 from cordicc.cli.simulation_text import dumped, print_told
 from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
-from cordicc.emulate.sample_tables import Columns, read_table
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import read_table
 from cordicc.plan.model import Plan
 
 _MARGIN = 2.0

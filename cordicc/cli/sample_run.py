@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import click
 import numpy as np
 
 from cordicc.backends.text.summary import count
@@ -20,12 +19,14 @@ from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
 from cordicc.cli.console import Progress
 from cordicc.cli.simulation_text import dumped, errors_json, errors_sheet, print_told
+from cordicc.cli.streams import deliver
 from cordicc.emulate import cycle, extremes, functional
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, run_parts
 from cordicc.emulate.observation import reference_samples
-from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import PART_ROWS, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import DEFAULT_SAMPLES, draw_parts
@@ -206,8 +207,8 @@ def _sink(path: Path | None, names: list[str], stack: ExitStack) -> Write:
     if path is None:
         return lambda outputs: None
     if str(path) == "-":
-        click.echo(csv_header(names), nl=False)
-        return lambda outputs: click.echo(csv_rows(names, outputs), nl=False)
+        deliver(csv_header(names))
+        return lambda outputs: deliver(csv_rows(names, outputs))
     return stack.enter_context(table_writer(path, names))
 
 

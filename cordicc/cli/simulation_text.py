@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import click
-
 from cordicc.backends.text.summary import ACCURACY_HEADER, count, figure
 from cordicc.base.text_tables import Sheet, Table, percent
 from cordicc.cli.console import show
+from cordicc.cli.streams import deliver
 from cordicc.emulate.accuracy import Comparison
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import Judged, Judgement
@@ -28,7 +27,7 @@ def print_told(told: str | Sheet, *, err: bool = False) -> None:
     if isinstance(told, Sheet):
         show(told, err=err)
     else:
-        click.echo(told, nl=False, err=err)
+        deliver(told, err=err)
 
 
 def dumped(data: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ DIGESTS = {
     "widest": "0bef508a3e630f10",
     "widest root-free": "6e9f113869f5e68b",
     "narrow": "9d4ec7ef776ef524",
+    "narrowest": "fb0b89742bfab760",
     "odd": "5b6aef0553472e59",
 }
 

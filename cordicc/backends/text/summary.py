@@ -94,6 +94,8 @@ def _accuracy(plan: Plan) -> Table:
     any_bound = any(most_within(figures.bound) is not None for figures in plan.accuracy.values())
     rows: list[tuple[str, ...]] = []
     for output in plan.problem.outputs:
+        if output.name not in plan.accuracy:
+            continue  # a plan that was not run
         figures = plan.accuracy[output.name]
         unit = " rad" if output.is_angle else ""
         seen, bound = figures.observed, figures.bound
