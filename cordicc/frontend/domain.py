@@ -36,7 +36,8 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
-    samples = draw_with_corners(problem.workspace, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
+    drawn = draw_with_corners(problem.workspace, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
+    samples = problem.facts.among(drawn)
     _check_hyperbolic_case(problem, source, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [

@@ -13,7 +13,7 @@ from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, S
 from cordicc.base.files import read_bytes
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import names, parse_expression
-from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
+from cordicc.frontend.assumptions import check_on_box, check_on_samples, read_assumptions
 from cordicc.frontend.document.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.outputs import OutputReader
 from cordicc.frontend.physical_units import in_degrees
@@ -31,6 +31,7 @@ from cordicc.frontend.reading import (
 from cordicc.frontend.samples import read_samples
 from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, TooManyError
 from cordicc.frontend.solving.zero import ZeroTest
+from cordicc.ir.facts import Facts
 from cordicc.ir.graph import Graph
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 from cordicc.plan.plain_data import FORMAT
@@ -157,15 +158,15 @@ class _Loader:
         defined = self.read_equations(parts.get("equations"), root, ranges)
         reader = OutputReader(self.scope, self.places, defined)
         outputs, values = reader.read(parts.get("outputs"))
-        samples, assumptions = self.read_facts(parts, defined)
+        samples, facts = self.read_facts(parts, defined)
         if self.report.failed:
             return None
-        self.warn_unused(defined, outputs, assumptions)
+        self.warn_unused(defined, outputs)
         program = self.scope.builder.build(values)
         self.warn_turns(program)
         return Problem(
             name, about.strip(), self.constants, tuple(self.inputs), tuple(defined.equations), outputs,
-            program, samples, assumptions.items, assumptions.graph,
+            program, samples, facts,
         )  # fmt: skip
 
     def read_name(self, node: YamlNode | None) -> str:
@@ -294,15 +295,13 @@ class _Loader:
             self.report.error("E307", "'branches' can only be 'all'", node.span, hint)
         return True
 
-    def read_facts(
-        self, parts: Mapping[str, YamlNode], defined: Defined
-    ) -> tuple[SampleTable | None, Assumptions]:
+    def read_facts(self, parts: Mapping[str, YamlNode], defined: Defined) -> tuple[SampleTable | None, Facts]:
         """Return the samples and the assumptions, checked against one another."""
         samples = None
         if (node := parts.get("samples")) is not None:
             samples = read_samples(node, self.base, self.inputs, self.report)
         if (node := parts.get("assume")) is None or node.is_null:
-            return samples, Assumptions((), Graph((), {}))
+            return samples, Facts()
         scope = Scope(LimitedBuilder(), self.report)
         made = [*defined.uses, *defined.labels.values()]
         scope.outside = dict.fromkeys(made, "defined by an equation")
@@ -312,14 +311,14 @@ class _Loader:
             failed = number is None and self.scope.values[name] is None
             value = scope.builder.input(name) if number is None else scope.builder.const(number)
             scope.define(name, None if failed else value, self.scope.lines[name])
-        assumptions, spans = read_assumptions(node, scope, self.places)
+        facts, spans = read_assumptions(node, scope, self.places)
         if self.report.failed:
-            return samples, assumptions
+            return samples, facts
         if samples is not None:
-            check_on_samples(assumptions, spans, samples, self.report)
+            check_on_samples(facts, spans, samples, self.report)
         else:
-            check_on_box(assumptions, spans, self.inputs, self.report)
-        return samples, assumptions
+            check_on_box(facts, spans, self.inputs, self.report)
+        return samples, facts
 
     def warn_turns(self, program: Graph) -> None:
         """Warn of angles whose ranges are in degrees, it seems."""
@@ -329,9 +328,7 @@ class _Loader:
             hint = f"if these are degrees, write [{low}*deg, {high}*deg]"
             self.report.warning("W106", message, self.input_spans[spec.name], hint)
 
-    def warn_unused(
-        self, defined: Defined, outputs: tuple[OutputSpec, ...], assumptions: Assumptions
-    ) -> None:
+    def warn_unused(self, defined: Defined, outputs: tuple[OutputSpec, ...]) -> None:
         todo = [spec.name for spec in outputs]
         needed = set(todo)
         while todo:

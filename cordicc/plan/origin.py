@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic
+from cordicc.ir.facts import Facts
 from cordicc.ir.graph import Graph
 from cordicc.ir.problem import Problem
 from cordicc.ir.sampling import Workspace
@@ -46,7 +47,8 @@ class PlanProblem:
     """The problem as its plan records it.
 
     `program` is the graph of the equations as written, `samples` the columns of the problem's own samples
-    by input, `warnings` what was told of the problem and of the plan, each with its code.
+    by input, `warnings` what was told of the problem and of the plan, each with its code.  `assumptions` are
+    as written, `facts` the same so that samples can be tested for them, of every copy.
     """
 
     name: str
@@ -59,6 +61,7 @@ class PlanProblem:
     assumptions: tuple[str, ...] = ()
     samples: Mapping[str, tuple[float, ...]] | None = None
     warnings: tuple[str, ...] = ()
+    facts: Facts = field(default_factory=Facts)
 
     @classmethod
     def of(cls, problem: Problem, warnings: Sequence[Diagnostic]) -> PlanProblem:
@@ -77,6 +80,7 @@ class PlanProblem:
             assumptions=tuple(fact.text for fact in problem.assumptions),
             samples=None if problem.samples is None else dict(problem.samples.columns),
             warnings=tuple(map(told, warnings)),
+            facts=problem.facts,
         )
 
     @property

@@ -7,6 +7,7 @@ from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.facts import Facts
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
@@ -78,6 +79,9 @@ def _problem(plan: Plan) -> dict[str, Any]:
     }
     if problem.samples is not None:
         data["samples"] = {"columns": {name: list(column) for name, column in problem.samples.items()}}
+    if problem.facts.items:
+        data["facts"] = [{"text": fact.text, "relation": fact.relation} for fact in problem.facts.items]
+        data["fact_program"] = print_graph(problem.facts.graph)
     if plan.unit_program is not None:
         data["unit_program"] = print_graph(plan.unit_program)
     return data
@@ -228,7 +232,15 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         assumptions=tuple(data.get("assumptions", ())),
         samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
         warnings=tuple(data["warnings"]),
+        facts=_read_facts(data, name),
     )
+
+
+def _read_facts(data: dict[str, Any], name: str) -> Facts:
+    if "facts" not in data:
+        return Facts()
+    stated = [(fact["text"], fact["relation"]) for fact in data["facts"]]
+    return Facts.of(stated, parse_graph(data["fact_program"], name))
 
 
 def _read_target(data: dict[str, Any]) -> PlanTarget:
