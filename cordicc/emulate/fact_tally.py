@@ -10,7 +10,7 @@ import numpy as np
 from cordicc.base.arrays import Bools, Samples
 from cordicc.base.diagnostics import Diagnostic, Severity
 from cordicc.emulate.ports import PortFormats, prepare
-from cordicc.ir.facts import STRICT, Assumption, Facts
+from cordicc.ir.facts import STRICT, Assumption, InputFacts
 from cordicc.plan.model import Plan
 
 
@@ -32,11 +32,11 @@ class BrokenFact:
 class FactTally:
     """Tells which samples keep the facts, counts those that do not, and remembers the first of them.
 
-    The numbers given must keep every fact as `Facts.kept` says, and those that their words stand for the
+    The numbers given must keep every fact as `InputFacts.kept` says, and those that their words stand for the
     strict inequalities, which rounding may turn into equalities.
     """
 
-    facts: Facts
+    facts: InputFacts
     words: Callable[[Samples], Samples]
     samples: int = 0
     broken: int = 0

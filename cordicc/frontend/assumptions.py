@@ -15,14 +15,14 @@ from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
 from cordicc.frontend.reading import wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
-from cordicc.ir.facts import Facts
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.problem import InputSpec, SampleTable
 from cordicc.ir.ranges.forward import value_ranges
 
 
-def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[Facts, list[Span]]:
+def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[InputFacts, list[Span]]:
     """Return the assumptions of the list `node`; `scope` has the inputs and constants alone."""
     report = scope.report
     read: list[tuple[str, str, Value, Value, Span]] = []
@@ -47,10 +47,10 @@ def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[Fact
     sides = {f"left{i}": entry[2] for i, entry in enumerate(read)}
     sides |= {f"right{i}": entry[3] for i, entry in enumerate(read)}
     stated = [(text, relation) for text, relation, _, _, _ in read]
-    return Facts.of(stated, scope.builder.build(sides)), [r[4] for r in read]
+    return InputFacts.of(stated, scope.builder.build(sides)), [r[4] for r in read]
 
 
-def check_on_samples(facts: Facts, spans: Sequence[Span], samples: SampleTable, report: Report) -> None:
+def check_on_samples(facts: InputFacts, spans: Sequence[Span], samples: SampleTable, report: Report) -> None:
     """Report each assumption that a sample contradicts, with the first such row."""
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in samples.columns.items()}
     for fact, span in zip(facts.items, spans, strict=True):
@@ -63,7 +63,9 @@ def check_on_samples(facts: Facts, spans: Sequence[Span], samples: SampleTable, 
             report.error("E222", message, span)
 
 
-def check_on_box(facts: Facts, spans: Sequence[Span], inputs: Sequence[InputSpec], report: Report) -> None:
+def check_on_box(
+    facts: InputFacts, spans: Sequence[Span], inputs: Sequence[InputSpec], report: Report
+) -> None:
     """Report each assumption that the ranges of the inputs contradict; warn if some are left open."""
     box = {spec.name: Interval(_below(spec.lo), -_below(-spec.hi)) for spec in inputs}
     ranges = value_ranges(facts.graph, box)

@@ -1,4 +1,4 @@
-"""Facts about the inputs that a problem assumes, and which samples keep them."""
+"""InputFacts about the inputs that a problem assumes, and which samples keep them."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class Sides(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class InputFacts:
     """The facts of a problem, and the graph of their sides: `left0` and `right0` are those of the first."""
 
     items: tuple[Assumption, ...] = ()
     graph: Graph = field(default_factory=lambda: Graph((), {}))
 
     @classmethod
-    def of(cls, stated: Iterable[tuple[str, str]], graph: Graph) -> Facts:
+    def of(cls, stated: Iterable[tuple[str, str]], graph: Graph) -> InputFacts:
         """Return the facts of a graph, given the text and the relation of each."""
         items = (
             Assumption(text, relation, *(graph.outputs[f"{side}{index}"] for side in SIDES))

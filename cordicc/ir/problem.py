@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cordicc.ir.facts import Assumption, Facts
+from cordicc.ir.facts import Assumption, InputFacts
 from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import Workspace
@@ -15,12 +15,16 @@ from cordicc.ir.sampling import Workspace
 
 @dataclass(frozen=True, slots=True)
 class InputSpec:
-    """An input and its closed range; `unit` is documentation only (angles are radians)."""
+    """An input and its closed range, in metres and radians where units are converted; `unit` is a label.
+
+    `scale` is what one of the unit is, if the file gives the range in it: then the range is shown in it.
+    """
 
     name: str
     lo: Fraction
     hi: Fraction
     unit: str | None = None
+    scale: Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +80,7 @@ class Problem:
     outputs: tuple[OutputSpec, ...]
     graph: Graph
     samples: SampleTable | None = None
-    facts: Facts = field(default_factory=Facts)
+    facts: InputFacts = field(default_factory=InputFacts)
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:

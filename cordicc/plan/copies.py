@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from cordicc.ir.facts import SIDES, Facts
+from cordicc.ir.facts import SIDES, InputFacts
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.plan.model import Operand, Plan
 from cordicc.plan.origin import PlanProblem
@@ -83,7 +83,7 @@ def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
     )
 
 
-def _facts(facts: Facts, copies: int) -> Facts:
+def _facts(facts: InputFacts, copies: int) -> InputFacts:
     """Return the facts of all copies, those of each with its number in their text."""
     if not facts.items:
         return facts
@@ -99,7 +99,7 @@ def _facts(facts: Facts, copies: int) -> Facts:
         for copy in range(1, copies + 1)
         for fact in facts.items
     ]
-    return Facts.of(stated, Graph(graph.nodes, sides))
+    return InputFacts.of(stated, Graph(graph.nodes, sides))
 
 
 def _columns(columns: Mapping[str, tuple[float, ...]], copies: int) -> dict[str, tuple[float, ...]]:

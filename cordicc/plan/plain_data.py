@@ -7,7 +7,7 @@ from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.ir.facts import Facts
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
@@ -65,7 +65,7 @@ def _problem(plan: Plan) -> dict[str, Any]:
     data: dict[str, Any] = {
         "name": problem.name,
         "description": problem.description,
-        "inputs": [asdict(item) for item in problem.inputs],
+        "inputs": [_input(item) for item in problem.inputs],
         "constants": dict(problem.constants),
         "equations": [asdict(item) for item in problem.equations],
         "outputs": [
@@ -84,6 +84,13 @@ def _problem(plan: Plan) -> dict[str, Any]:
         data["fact_program"] = print_graph(problem.facts.graph)
     if plan.unit_program is not None:
         data["unit_program"] = print_graph(plan.unit_program)
+    return data
+
+
+def _input(item: PlanInput) -> dict[str, Any]:
+    data = asdict(item)
+    if item.scale is None:
+        del data["scale"]
     return data
 
 
@@ -220,7 +227,7 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         program=parse_graph(data["program"], name),
         description=data["description"],
         inputs=tuple(
-            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"])
+            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"], item.get("scale"))
             for item in data["inputs"]
         ),
         constants=data["constants"],
@@ -236,11 +243,11 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
     )
 
 
-def _read_facts(data: dict[str, Any], name: str) -> Facts:
+def _read_facts(data: dict[str, Any], name: str) -> InputFacts:
     if "facts" not in data:
-        return Facts()
+        return InputFacts()
     stated = [(fact["text"], fact["relation"]) for fact in data["facts"]]
-    return Facts.of(stated, parse_graph(data["fact_program"], name))
+    return InputFacts.of(stated, parse_graph(data["fact_program"], name))
 
 
 def _read_target(data: dict[str, Any]) -> PlanTarget:
