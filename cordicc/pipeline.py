@@ -119,6 +119,18 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     enter("reading the problem")
     loaded = read_problem(path)
+    try:
+        return _plan_of(path, loaded, options, watch, enter)
+    except Unattainable as error:
+        # What was found in the problem may be why, and without a plan it would not be told.
+        error.warnings = loaded.warnings
+        raise
+
+
+def _plan_of(
+    path: Path, loaded: LoadedProblem, options: Options, watch: Watch | None, enter: Enter
+) -> Compiled:
+    """Return the plan of a problem that was read, and all warnings."""
     _check_size(loaded)
     target = load_target(options.target)
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
