@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from cordicc.base.arrays import Bools, Samples
 from cordicc.base.diagnostics import Diagnostic, Severity
-from cordicc.emulate.ports import PortFormats, prepare
+from cordicc.emulate.ports import as_words
 from cordicc.ir.facts import STRICT, Assumption, InputFacts
 from cordicc.plan.model import Plan
 
@@ -48,13 +49,7 @@ class FactTally:
         facts = plan.problem.facts
         if not facts.items:
             return None
-        formats = PortFormats.of(plan, plan.arithmetic)
-
-        def words(samples: Samples) -> Samples:
-            encoded = formats.encode(prepare(plan, samples)[0])
-            return {name: signal.values for name, signal in encoded.items()}
-
-        return cls(facts, words)
+        return cls(facts, partial(as_words, plan))
 
     def kept(self, samples: Samples) -> Bools:
         """Return which samples keep every fact; `samples` are the next ones of the run, of shape (n,)."""

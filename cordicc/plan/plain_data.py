@@ -19,7 +19,7 @@ from cordicc.plan.origin import (
     PlanTarget,
     PlanUnitKind,
 )
-from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
+from cordicc.plan.stated_accuracy import AccuracyEnd, OutputAccuracy, Predicate, SeenErrors, StatedBound
 
 FORMAT = "cordicc-plan"
 VERSION = 1
@@ -116,6 +116,8 @@ def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
         data["bound"] = bound_data(bound)
     elif figures.bound_reason:
         data["bound_reason"] = figures.bound_reason
+    if figures.ends:
+        data["ends"] = [{**asdict(end), "at": dict(end.at)} for end in figures.ends]
     return data
 
 
@@ -289,7 +291,12 @@ def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
         SeenErrors(seen["max"], seen["rms"], rows),
         None if bound is None else _read_bound(bound),
         data.get("bound_reason", ""),
+        tuple(map(_read_end, data.get("ends", ()))),
     )
+
+
+def _read_end(data: dict[str, Any]) -> AccuracyEnd:
+    return AccuracyEnd(**{field.name: data[field.name] for field in fields(AccuracyEnd)})
 
 
 def _read_bound(data: dict[str, Any]) -> StatedBound:

@@ -119,6 +119,14 @@ def test_a_strict_fact_is_kept_by_the_words_too(tmp_path: Path) -> None:
     )
 
 
+def test_an_input_without_words_counts_by_its_number(tmp_path: Path) -> None:
+    text = ORDERED.replace("y: [0, 1]}", "y: [0, 1], unused: [0, 900]}").replace("x > 0", "unused > 10")
+    tally = FactTally.of(plan_file(write(tmp_path, text), Options("fixed24")).plan)
+    assert tally is not None
+    half = np.array([0.5, 0.5])
+    assert tally.kept({"x": half, "y": half, "unused": np.array([800.0, 5.0])}).tolist() == [True, False]
+
+
 def test_drawn_samples_are_tested_and_figures_are_those_of_the_others(tmp_path: Path) -> None:
     plan = cordicc.compile(write(tmp_path, ORDERED.replace("abs(x)", "sqrt(x**2)")), effort=0.1)
     seen = plan.accuracy["t"].observed
