@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate.observation import observe, with_warnings
+from cordicc.emulate.vanishing import with_ends
 from cordicc.frontend.domain import check_domain
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir.graph import Graph
@@ -111,6 +112,10 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
         plan = with_bounds(plan, _bounds_of(plan, allowed))
         open_ones = exceptions(plan)
         plan, more = with_warnings(plan, open_ones), [*more, *open_ones]
+    enter("looking for where accuracy ends")
+    # Samples seldom come near enough to the zeros of denominators to show it.
+    plan, ends = with_ends(plan)
+    plan, more = with_warnings(plan, ends), [*more, *ends]
     return Compiled(plan, (*planned.warnings, *more))
 
 
@@ -119,6 +124,18 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     enter("reading the problem")
     loaded = read_problem(path)
+    try:
+        return _plan_of(path, loaded, options, watch, enter)
+    except Unattainable as error:
+        # What was found in the problem may be why, and without a plan it would not be told.
+        error.warnings = loaded.warnings
+        raise
+
+
+def _plan_of(
+    path: Path, loaded: LoadedProblem, options: Options, watch: Watch | None, enter: Enter
+) -> Compiled:
+    """Return the plan of a problem that was read, and all warnings."""
     _check_size(loaded)
     target = load_target(options.target)
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))

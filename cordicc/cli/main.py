@@ -40,7 +40,7 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except CordiccError as error:
-            tell(error.diagnostics)
+            tell([*error.warnings, *error.diagnostics])
             ctx.exit(error.exit_status)
         except BrokenPipeError:
             ctx.exit(1)

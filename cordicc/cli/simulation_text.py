@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from cordicc.backends.text.summary import ACCURACY_HEADER, count, figure
@@ -12,9 +13,11 @@ from cordicc.base.text_tables import Sheet, Table, percent
 from cordicc.cli.console import show
 from cordicc.cli.streams import deliver
 from cordicc.emulate.accuracy import Comparison
+from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import Judged, Judgement
 from cordicc.emulate.long_run import RunFindings
+from cordicc.ir.facts import SIDES
 from cordicc.plan.model import Plan
 from cordicc.plan.plain_data import bound_data
 
@@ -43,7 +46,10 @@ def errors_json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | Non
         {"equation": cause.equation, "reason": cause.reason, "samples": samples, "first": first + 1}
         for cause, samples, first in report.causes
     ]
+    data["facts"] = facts_data(report.facts)
     for name, record in data["accuracy"].items():
+        if report.facts is not None:
+            record["unfounded"] = report.unfounded[name]
         record["histogram"] = [[lower, number] for lower, number in report.errors[name].rows()]
         record["worst"] = [_worst_data(worst) for worst in report.worst[name]]
         record["screening_error"] = report.screening_error[name] if report.screened else None
@@ -52,6 +58,18 @@ def errors_json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | Non
             worst = found[name]
             record["search"] = None if worst is None else _worst_data(worst)
     return dumped(data)
+
+
+def facts_data(facts: FactTally | None) -> dict[str, Any] | None:
+    """Return how many samples break what the problem assumes, and the first; None if it assumes nothing."""
+    if facts is None:
+        return None
+    first = None
+    if facts.first is not None:
+        first = asdict(facts.first) | {"sample": facts.first.sample + 1, "fact": facts.first.text}
+        del first["text"]
+        first |= {side: first[side] if math.isfinite(first[side]) else None for side in SIDES}
+    return {"broken": facts.broken, "first": first}
 
 
 def _judged_data(judgement: Judgement | None, output: str) -> dict[str, Any] | None:
@@ -83,6 +101,15 @@ def errors_sheet(
     ]
     if more := report.causes[_MOST_CAUSES:]:
         lines.append(f"  {count(sum(n for _, n, _ in more), 'sample')} without a value for other reasons")
+    if report.facts is not None and report.facts.broken:
+        largest = ", ".join(
+            f"{name} {figure(error, ' rad' if plan.problem.angles[name] else '')}"
+            for name, error in report.unfounded.items()
+        )
+        lines.append(
+            f"  {count(report.facts.broken, 'sample')} not as the problem assumes, not in the figures above; "
+            f"largest errors {largest}"
+        )
     if report.screened:
         gaps = [gap for gap in report.screening_error.values() if gap is not None]
         known = f", there at most {max(gaps):.2g} from it" if gaps else ""
@@ -162,7 +189,7 @@ def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[
     held = "every valid sample"
     bound = plan.accuracy[output].bound
     if bound is not None and bound.conditions:
-        held = f"{percent(judged.share or 0.0)} of valid samples"
+        held = "-" if judged.share is None else f"{percent(judged.share)} of valid samples"
     return figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
 

@@ -31,12 +31,19 @@ _LEAST_REFERENCE = 32
 def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     """Run a plan on the default samples and record the errors that were seen.
 
+    Samples that break what the problem assumes are left out.
+
     Raises:
         Unattainable: no sample that the equations can do survives in the target's number format.
     """
     inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
-    outputs = functional_run.run(plan, plan.arithmetic, inputs)
     warnings: list[Diagnostic] = []
+    if plan.problem.facts.items:
+        kept = plan.problem.facts.kept(inputs)
+        inputs = {name: column[kept] for name, column in inputs.items()}
+        if not kept.any():
+            warnings.append(_unobserved())
+    outputs = functional_run.run(plan, plan.arithmetic, inputs)
     graph = plan.problem.program
     reference = reference_samples(graph)
     if reference < DEFAULT_SAMPLES:
@@ -71,6 +78,15 @@ def reference_samples(graph: Graph) -> int:
 
 def _ignored(_: object) -> None:
     pass
+
+
+def _unobserved() -> Diagnostic:
+    """Return the finding that no sample drawn from the ranges keeps what is assumed."""
+    message = (
+        f"no errors are observed: none of {DEFAULT_SAMPLES} samples from the ranges keeps what is assumed"
+    )
+    hint = "add rows of the true workspace with 'samples: FILE.csv'"
+    return Diagnostic("W108", message, None, hint, Severity.WARNING)
 
 
 def _few(samples: int, operations: int) -> Diagnostic:

@@ -7,19 +7,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.facts import Assumption, InputFacts
+from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import Workspace
 
 
 @dataclass(frozen=True, slots=True)
 class InputSpec:
-    """An input and its closed range; `unit` is documentation only (angles are radians)."""
+    """An input and its closed range, in metres and radians where units are converted; `unit` is a label.
+
+    `scale` is what one of the unit is, if the file gives the range in it: then the range is shown in it.
+    """
 
     name: str
     lo: Fraction
     hi: Fraction
     unit: str | None = None
+    scale: Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,26 +64,12 @@ class SampleTable:
 
 
 @dataclass(frozen=True, slots=True)
-class Assumption:
-    """A fact about the inputs, `left relation right`, relation one of = > < >= <=.
-
-    The sides are values of the problem's `assumption_graph`, not of its `graph`.
-    """
-
-    text: str
-    relation: str
-    left: Value
-    right: Value
-    line: int = 0
-
-
-@dataclass(frozen=True, slots=True)
 class Problem:
     """The equations of a file as data.
 
     `graph` holds every input, in order of declaration, and the outputs as they are delivered:
-    an angle with `wrap` is wrapped there.  `assumption_graph` is separate so that passes over
-    `graph` need not renumber the assumptions.
+    an angle with `wrap` is wrapped there.  The `facts` have a graph of their own, so that passes over
+    `graph` need not renumber them.
     """
 
     name: str
@@ -89,8 +80,12 @@ class Problem:
     outputs: tuple[OutputSpec, ...]
     graph: Graph
     samples: SampleTable | None = None
-    assumptions: tuple[Assumption, ...] = ()
-    assumption_graph: Graph = field(default_factory=lambda: Graph((), {}))
+    facts: InputFacts = field(default_factory=InputFacts)
+
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Return what is assumed of the inputs."""
+        return self.facts.items
 
     @property
     def workspace(self) -> Workspace:

@@ -62,6 +62,13 @@ def check_programs(plan: Plan) -> None:
         raise ValueError("the inputs of the program differ")
     if set(program.outputs) != set(plan.outputs):
         raise ValueError("the outputs of the program differ")
+    facts = plan.problem.facts
+    if len(facts.items) != len(plan.problem.assumptions) * plan.options.copies:
+        raise ValueError("what the problem assumes is not what its facts are")
+    if facts.items:
+        verify(facts.graph)
+        if not {node.name for node in facts.graph.nodes if node.op == "input"} <= inputs:
+            raise ValueError("the facts are about other inputs")
     if plan.unit_program is not None:
         verify(plan.unit_program)
         _check_unit_program(plan, plan.unit_program)

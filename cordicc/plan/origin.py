@@ -7,20 +7,31 @@ from dataclasses import asdict, dataclass, field
 
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.graph import Graph
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import InputSpec, Problem
 from cordicc.ir.sampling import Workspace
 from cordicc.targets.target import Target
 
 
 @dataclass(frozen=True, slots=True)
 class PlanInput:
-    """An input and its closed range, as doubles; `unit` is a label."""
+    """An input and its closed range, as doubles; `unit` is a label.
+
+    `scale` is what one of the unit is in the numbers of samples, None where nothing is converted.
+    """
 
     name: str
     lo: float
     hi: float
     unit: str | None = None
+    scale: float | None = None
+
+    @classmethod
+    def of(cls, spec: InputSpec) -> PlanInput:
+        """Return the record of an input."""
+        scale = None if spec.scale is None else float(spec.scale)
+        return cls(spec.name, float(spec.lo), float(spec.hi), spec.unit, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +57,8 @@ class PlanProblem:
     """The problem as its plan records it.
 
     `program` is the graph of the equations as written, `samples` the columns of the problem's own samples
-    by input, `warnings` what was told of the problem and of the plan, each with its code.
+    by input, `warnings` what was told of the problem and of the plan, each with its code.  `assumptions` are
+    as written, `facts` the same so that samples can be tested for them, of every copy.
     """
 
     name: str
@@ -59,6 +71,7 @@ class PlanProblem:
     assumptions: tuple[str, ...] = ()
     samples: Mapping[str, tuple[float, ...]] | None = None
     warnings: tuple[str, ...] = ()
+    facts: InputFacts = field(default_factory=InputFacts)
 
     @classmethod
     def of(cls, problem: Problem, warnings: Sequence[Diagnostic]) -> PlanProblem:
@@ -67,7 +80,7 @@ class PlanProblem:
             name=problem.name,
             program=problem.graph,
             description=problem.description,
-            inputs=tuple(PlanInput(i.name, float(i.lo), float(i.hi), i.unit) for i in problem.inputs),
+            inputs=tuple(map(PlanInput.of, problem.inputs)),
             constants={name: float(value) for name, value in problem.constants.items()},
             equations=tuple(PlanEquation(e.target, e.text) for e in problem.equations),
             outputs=tuple(
@@ -77,6 +90,7 @@ class PlanProblem:
             assumptions=tuple(fact.text for fact in problem.assumptions),
             samples=None if problem.samples is None else dict(problem.samples.columns),
             warnings=tuple(map(told, warnings)),
+            facts=problem.facts,
         )
 
     @property

@@ -7,6 +7,7 @@ from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
@@ -18,7 +19,7 @@ from cordicc.plan.origin import (
     PlanTarget,
     PlanUnitKind,
 )
-from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
+from cordicc.plan.stated_accuracy import AccuracyEnd, OutputAccuracy, Predicate, SeenErrors, StatedBound
 
 FORMAT = "cordicc-plan"
 VERSION = 1
@@ -66,7 +67,7 @@ def _problem(plan: Plan) -> dict[str, Any]:
     data: dict[str, Any] = {
         "name": problem.name,
         "description": problem.description,
-        "inputs": [asdict(item) for item in problem.inputs],
+        "inputs": [_input(item) for item in problem.inputs],
         "constants": dict(problem.constants),
         "equations": [asdict(item) for item in problem.equations],
         "outputs": [
@@ -80,8 +81,18 @@ def _problem(plan: Plan) -> dict[str, Any]:
     }
     if problem.samples is not None:
         data["samples"] = {"columns": {name: list(column) for name, column in problem.samples.items()}}
+    if problem.facts.items:
+        data["facts"] = [{"text": fact.text, "relation": fact.relation} for fact in problem.facts.items]
+        data["fact_program"] = print_graph(problem.facts.graph)
     if plan.unit_program is not None:
         data["unit_program"] = print_graph(plan.unit_program)
+    return data
+
+
+def _input(item: PlanInput) -> dict[str, Any]:
+    data = asdict(item)
+    if item.scale is None:
+        del data["scale"]
     return data
 
 
@@ -107,6 +118,8 @@ def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
         data["bound"] = bound_data(bound)
     elif figures.bound_reason:
         data["bound_reason"] = figures.bound_reason
+    if figures.ends:
+        data["ends"] = [{**asdict(end), "at": dict(end.at)} for end in figures.ends]
     return data
 
 
@@ -223,7 +236,7 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         program=parse_graph(data["program"], name),
         description=data["description"],
         inputs=tuple(
-            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"])
+            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"], item.get("scale"))
             for item in data["inputs"]
         ),
         constants=data["constants"],
@@ -235,7 +248,15 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         assumptions=tuple(data.get("assumptions", ())),
         samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
         warnings=tuple(data["warnings"]),
+        facts=_read_facts(data, name),
     )
+
+
+def _read_facts(data: dict[str, Any], name: str) -> InputFacts:
+    if "facts" not in data:
+        return InputFacts()
+    stated = [(fact["text"], fact["relation"]) for fact in data["facts"]]
+    return InputFacts.of(stated, parse_graph(data["fact_program"], name))
 
 
 def _read_target(data: dict[str, Any]) -> PlanTarget:
@@ -277,7 +298,12 @@ def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
         SeenErrors(seen["max"], seen["rms"], rows),
         None if bound is None else _read_bound(bound),
         data.get("bound_reason", ""),
+        tuple(map(_read_end, data.get("ends", ()))),
     )
+
+
+def _read_end(data: dict[str, Any]) -> AccuracyEnd:
+    return AccuracyEnd(**{field.name: data[field.name] for field in fields(AccuracyEnd)})
 
 
 def _read_bound(data: dict[str, Any]) -> StatedBound:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import MOST, duration, most_within, needs_effort, proof
 from cordicc.base.text_tables import Facts, Sheet, Table, percent
@@ -44,9 +46,23 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
     words = plan.arithmetic.system
     if isinstance(words, FixedSystem):
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
-    end = ("", f"  {last}") if last else ()
+    end = (*_ends(plan), *(("", f"  {last}") if last else ()))
     title = f"{plan.name} on {plan.target.name}"
     return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
+
+
+def _ends(plan: Plan) -> Iterator[str]:
+    """Yield lines that say where the accuracy of outputs ends, each denominator once."""
+    outputs: dict[tuple[str, str], list[str]] = {}
+    below: dict[tuple[str, str], float] = {}
+    for name, figures in plan.accuracy.items():
+        for end in figures.ends:
+            key = (end.size, end.equation)
+            outputs.setdefault(key, []).append(name)
+            below[key] = max(end.below, below.get(key, 0.0))
+    for (size, equation), names in outputs.items():
+        listed = ", ".join(dict.fromkeys(names))
+        yield f"  accuracy of {listed} ends where {size} < {below[size, equation]:.2g} in the {equation}"
 
 
 def _chosen(plan: Plan) -> str:

@@ -90,7 +90,8 @@ def sample_points(
 ) -> dict[str, Floats] | None:
     """Return points of the workspace at which graphs have values, None if there are too few.
 
-    Besides `count` random ones there are those nearest to the singular points of the units.
+    Besides `count` random ones there are those nearest to the singular points of the units.  They keep what
+    the problem assumes if enough of the points that are looked at do.
     """
     generator = np.random.Generator(np.random.PCG64(7))
     if problem.samples is not None:
@@ -112,6 +113,8 @@ def sample_points(
                     critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
     if good.sum() < _POINTS // 2:
         return None
+    kept = good & problem.facts.kept(drawn)
+    good = kept if kept.sum() >= _POINTS // 2 else good
     first = np.flatnonzero(good)
     nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
     rows = np.unique(np.concatenate([first[:count], *nearest]))
@@ -188,7 +191,7 @@ def _assume(store: Store, problem: Problem) -> None:
         store.make("input", (), (spec.name,))
     if not problem.assumptions:
         return
-    graph = Simplify().apply(problem.assumption_graph, PassContext({}))
+    graph = Simplify().apply(problem.facts.graph, PassContext({}))
     if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
         return
     moved = _import(store, graph)
