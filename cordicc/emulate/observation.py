@@ -13,6 +13,7 @@ from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
+from cordicc.emulate.checking import CheckTally, beyond_limits, without_value
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph
@@ -29,10 +30,11 @@ _LEAST_REFERENCE = 32
 
 
 def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
-    """Run a plan on the default samples and record the errors that were seen.
+    """Run a plan on the default samples and record the errors that were seen, and the checks.
 
     Raises:
-        Unattainable: no sample that the equations can do survives in the target's number format.
+        Unattainable: no sample that the equations can do survives in the target's number format, or a check
+            is beyond its limit.
     """
     inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
     outputs = functional_run.run(plan, plan.arithmetic, inputs)
@@ -55,7 +57,13 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         if not comparison.valid:
             raise Unattainable([lost])
         warnings.append(lost)
-    return with_warnings(replace(plan, accuracy=figures), warnings), warnings
+    tally = CheckTally(plan.problem)
+    tally.add(inputs, outputs)
+    if refused := beyond_limits(tally, Severity.ERROR):
+        raise Unattainable(refused)
+    warnings += without_value(tally)
+    checks = {name: record.figures for name, record in tally.found.items()}
+    return with_warnings(replace(plan, accuracy=figures, checks=checks), warnings), warnings
 
 
 def with_warnings(plan: Plan, warnings: Iterable[Diagnostic]) -> Plan:

@@ -73,12 +73,28 @@ class Assumption:
 
 
 @dataclass(frozen=True, slots=True)
+class Check:
+    """An expression that is 0 where the delivered outputs are perfect.
+
+    `max` is the largest magnitude allowed, if any; `unit` is documentation only.  One that nobody `asked`
+    for is the residual of a `solve`, left side minus right side.
+    """
+
+    name: str
+    text: str
+    unit: str | None = None
+    max: Fraction | None = None
+    asked: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """The equations of a file as data.
 
     `graph` holds every input, in order of declaration, and the outputs as they are delivered:
     an angle with `wrap` is wrapped there.  `assumption_graph` is separate so that passes over
-    `graph` need not renumber the assumptions.
+    `graph` need not renumber the assumptions.  `check_graph` has the checks as its outputs; its inputs
+    are those of the problem and the outputs, which stand for the words that were delivered.
     """
 
     name: str
@@ -91,6 +107,8 @@ class Problem:
     samples: SampleTable | None = None
     assumptions: tuple[Assumption, ...] = ()
     assumption_graph: Graph = field(default_factory=lambda: Graph((), {}))
+    checks: tuple[Check, ...] = ()
+    check_graph: Graph = field(default_factory=lambda: Graph((), {}))
 
     @property
     def workspace(self) -> Workspace:

@@ -67,7 +67,7 @@ def replicated(plan: Plan, copies: int) -> Plan:
 
 
 def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
-    """Return the record of a problem with the inputs, outputs, program and samples of all copies.
+    """Return the record of a problem with the inputs, outputs, programs and samples of all copies.
 
     Its equations stay as they are written, once.
     """
@@ -78,6 +78,8 @@ def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
         outputs=tuple(replace(o, name=name_of(o.name, copy)) for copy in every for o in problem.outputs),
         program=copied(problem.program, copies),
         samples=None if problem.samples is None else _columns(problem.samples, copies),
+        checks=tuple(replace(c, name=name_of(c.name, copy)) for copy in every for c in problem.checks),
+        check_program=copied(problem.check_program, copies),
     )
 
 

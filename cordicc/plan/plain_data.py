@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -10,6 +11,7 @@ from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
+    PlanCheck,
     PlanEquation,
     PlanInput,
     PlanOptions,
@@ -18,7 +20,7 @@ from cordicc.plan.origin import (
     PlanTarget,
     PlanUnitKind,
 )
-from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
+from cordicc.plan.stated_accuracy import CheckFigures, OutputAccuracy, Predicate, SeenErrors, StatedBound
 
 FORMAT = "cordicc-plan"
 VERSION = 1
@@ -50,12 +52,17 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": dict(plan.optimal),
         "bounds": dict(plan.bounds),
-        "selection": {**asdict(plan.selection), "facts": list(plan.selection.facts)},
+        "selection": {
+            **asdict(plan.selection),
+            "facts": list(plan.selection.facts),
+            "turned_down": list(plan.selection.turned_down),
+        },
         "formats": {
             "values": {name: point._asdict() for name, point in plan.formats.values.items()},
             "outputs": {name: point._asdict() for name, point in plan.formats.outputs.items()},
         },
         "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
+        "checks": {name: check_data(plan.problem.check(name), found) for name, found in plan.checks.items()},
     }
 
 
@@ -72,6 +79,8 @@ def _problem(plan: Plan) -> dict[str, Any]:
             for o in problem.outputs
         ],
         "assumptions": list(problem.assumptions),
+        "checks": [asdict(item) for item in problem.checks],
+        "check_program": print_graph(problem.check_program),
         "program": print_graph(problem.program),
         "samples": None,
         "warnings": list(problem.warnings),
@@ -106,6 +115,18 @@ def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
     elif figures.bound_reason:
         data["bound_reason"] = figures.bound_reason
     return data
+
+
+def check_data(check: PlanCheck, figures: CheckFigures) -> dict[str, Any]:
+    """Return what a check showed as plain data, in the form of the published schema."""
+    worst = figures.worst_input
+    return {
+        "observed": {"max": figures.observed.max, "rms": figures.observed.rms},
+        "max": check.max,
+        "unit": check.unit,
+        "undefined": figures.undefined,
+        "worst_input": None if worst is None else dict(worst),
+    }
 
 
 def bound_data(bound: StatedBound) -> dict[str, Any]:
@@ -174,11 +195,10 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
         ValueError: there is no such arithmetic.
     """
     problem = _read_problem(data["problem"], name)
-    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
-    order = [output.name for output in problem.outputs]
 
+    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
     def delivered(items: dict[str, Any]) -> dict[str, Any]:
-        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
+        return _ordered([output.name for output in problem.outputs], items)
 
     formats = data.get("formats", {"values": {}, "outputs": {}})
     selection = data.get("selection", {"searched": False, "proven": False})
@@ -204,9 +224,23 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
             {name: _read_point(item) for name, item in delivered(formats["outputs"]).items()},
         ),
         accuracy={name: _read_accuracy(item) for name, item in delivered(data["accuracy"]).items()},
-        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
+        selection=Selection(
+            selection["searched"],
+            selection["proven"],
+            tuple(selection.get("facts", ())),
+            tuple(selection.get("turned_down", ())),
+        ),
         unit_program=None if program is None else parse_graph(program, name),
+        checks={
+            name: _read_check(item)
+            for name, item in _ordered([c.name for c in problem.checks], data.get("checks", {})).items()
+        },
     )
+
+
+def _ordered(names: Sequence[str], items: dict[str, Any]) -> dict[str, Any]:
+    """Return items by name, those with one of `names` first and in their order."""
+    return {name: items[name] for name in dict.fromkeys([*names, *items]) if name in items}
 
 
 def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
@@ -228,6 +262,11 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         assumptions=tuple(data.get("assumptions", ())),
         samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
         warnings=tuple(data["warnings"]),
+        checks=tuple(
+            PlanCheck(item["name"], item["text"], item["unit"], item["max"], item["asked"])
+            for item in data.get("checks", ())
+        ),
+        check_program=parse_graph(data.get("check_program", ""), name),
     )
 
 
@@ -271,6 +310,11 @@ def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
         None if bound is None else _read_bound(bound),
         data.get("bound_reason", ""),
     )
+
+
+def _read_check(data: dict[str, Any]) -> CheckFigures:
+    seen = data["observed"]
+    return CheckFigures(SeenErrors(seen["max"], seen["rms"]), int(data["undefined"]), data["worst_input"])
 
 
 def _read_bound(data: dict[str, Any]) -> StatedBound:
