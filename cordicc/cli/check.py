@@ -25,8 +25,8 @@ def command(file: Path) -> None:
 
     problem, warnings = check(file)
     tell(warnings)
-    asked = [check for check in problem.checks if check.asked]
-    parts = [(problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output")]
-    parts += [(asked, "check")] if asked else []
+    asked = tuple(check for check in problem.checks if check.asked)
+    parts = ((problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output"))
+    parts += ((asked, "check"),) if asked else ()
     counts = ", ".join(count(len(items), noun) for items, noun in parts)
     click.echo(f"{problem.name}: {counts}, no errors")

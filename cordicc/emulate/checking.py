@@ -114,8 +114,8 @@ def beyond_limits(tally: CheckTally, severity: Severity) -> list[Diagnostic]:
         unit = f" {unit}" if (unit := tally.problem.check(name).unit) else ""
         worst = ", ".join(f"{n} = {number!r}" for n, number in record.worst.inputs.items())
         message = (
-            f"check '{name}' is {record.worst.error:.3g}{unit} in sample {record.worst.sample}, more than its max "
-            f"{record.limit:.3g}{unit}, and so for {record.beyond} of {record.samples} valid samples: {worst}"
+            f"check '{name}' is {record.worst.error:.3g}{unit} in sample {record.worst.sample}, beyond its "
+            f"max {record.limit:.3g}{unit} as in {record.beyond} of {record.samples} valid samples: {worst}"
         )
         found.append(Diagnostic("E416" if error else "W418", message, None, _HINT, severity))
     return found

@@ -12,8 +12,8 @@ from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
-from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
 from cordicc.emulate.checking import CheckTally, beyond_limits, without_value
+from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.effort import effort
 from cordicc.ir.graph import Graph

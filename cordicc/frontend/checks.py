@@ -14,7 +14,7 @@ from fractions import Fraction
 
 from cordicc.base.diagnostics import Report, Span
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
-from cordicc.expressions.syntax import Expr, Sum, parse_expression
+from cordicc.expressions.syntax import Sum, parse_expression
 from cordicc.frontend.document.yamltree import NodeKind, YamlNode
 from cordicc.frontend.plain.context import EquationContext
 from cordicc.frontend.plain.define import define_equations
@@ -23,7 +23,7 @@ from cordicc.frontend.plain.vectors import Vectors, component_names, uses_vector
 from cordicc.frontend.reading import check_keys, check_name, read_constant, read_mapping, read_text, wanted
 from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, Text
 from cordicc.frontend.solving.zero import ZeroTest
-from cordicc.frontend.trees import check_size, relocated
+from cordicc.frontend.trees import relocated
 from cordicc.ir.graph import Builder, Graph, Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.problem import Check, OutputSpec

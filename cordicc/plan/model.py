@@ -141,8 +141,8 @@ class Plan:
     Times are in clock cycles, counted from the one in which the inputs are accepted.  `outputs` are what
     each output takes.  Of the figures `processors`, `latency` and `fifo_words`, `optimal` tells which are
     proven to be the least under the options, `bounds` what each is at the least.  `accuracy` is by output,
-    `checks` by check, both empty for a plan that was not run.  `unit_program` is the graph of the operations with exact constants,
-    from which error bounds are derived.
+    `checks` by check, both empty for a plan that was not run.  `unit_program` is the graph of the
+    operations with exact constants, from which error bounds are derived.
     """
 
     problem: PlanProblem

@@ -237,8 +237,8 @@ def _checks(plan: Plan) -> Iterator[tuple[str, str]]:
         missing = f"; {count(figures.undefined, 'sample')} without a value" if figures.undefined else ""
         yield (
             name,
-            f"largest {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples{allowed}{missing}; "
-            f"0 is perfect: {check.text}",
+            f"largest {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples"
+            f"{allowed}{missing}; 0 is perfect: {check.text}",
         )
 
 

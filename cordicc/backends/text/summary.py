@@ -75,7 +75,8 @@ def explanation_text(plan: Plan) -> str:
 def turned_down(plan: Plan) -> str:
     """Say for which checks cheaper operations were turned down."""
     names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
-    return f"cheaper operations were turned down: rounding would move {names} further than in the equations as written"
+    moved = f"rounding would move {names} further than in the equations as written"
+    return f"cheaper operations were turned down: {moved}"
 
 
 def figure(number: float | None, unit: str = "") -> str:
@@ -96,14 +97,14 @@ ACCURACY_HEADER = ("output", "largest error", "rms error", "bound")
 
 def checks_table(problem: PlanProblem, found: Mapping[str, CheckFigures]) -> tuple[Block, ...]:
     """Return an empty line and a table of how far checks are from 0; nothing where there are none."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, figures in found.items():
         check, seen = problem.check(name), figures.observed
         unit = f" {check.unit}" if check.unit else ""
         allowed = "-" if check.max is None else figure(check.max, unit)
         missing = "none" if not figures.undefined else count(figures.undefined, "sample")
         rows.append((name, figure(seen.max, unit), figure(seen.rms, unit), allowed, missing))
-    header = ("check", "largest", "rms", "max", "without a value")
+    header: tuple[str, ...] = ("check", "largest", "rms", "max", "without a value")
     if not any(figures.undefined for figures in found.values()):
         header, rows = header[:-1], [row[:-1] for row in rows]
     return ("", Table(header, tuple(rows))) if rows else ()

@@ -1,5 +1,7 @@
-"""Values that are nearly zero, such as how far results are from an equation: in double precision where that
-tells them, in high precision where its own rounding could show."""
+"""Values that are nearly zero, such as how far results are from an equation.
+
+They are evaluated in double precision where that tells them, in high precision where its rounding could show.
+"""
 
 from __future__ import annotations
 
