@@ -1,4 +1,4 @@
-"""Whether a realisation is as accurate as another one: how far rounding moves the outputs at samples."""
+"""Whether a realisation is as accurate as another one: how far rounding moves outputs and checks at samples."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ import numpy as np
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.doubles import Results, all_results
-from cordicc.ir.meaning.roundings import errors
 from cordicc.ir.problem import Problem
+from cordicc.rewrite.disturbances import ROUNDING, disturbed
 
 _TRIES = 12
 """How often each sample is rounded."""
-
-_ROUNDING = 2.0**-24
-"""Of single precision, relative to what an operation errs in."""
 
 _WORSE = 8.0
 """How much more rounding may move an output at a sample than in the realisation of the passes."""
@@ -26,24 +23,27 @@ _USUAL = 4.0
 
 
 class AccuracyGate:
-    """Judges realisations by how far rounding of every operation moves the outputs at samples."""
+    """Judges realisations by how far rounding of every operation moves the outputs and checks at samples.
+
+    What is said of an output here holds for a check too, which depends on the outputs and the exact inputs.
+    """
 
     def __init__(self, problem: Problem, graph: Graph, points: Mapping[str, Floats]) -> None:
         """Judge by a realisation that is accurate enough.
 
         Args:
-            problem: the problem, for which outputs are angles.
+            problem: the problem, for its checks, and for which outputs are angles.
             graph: the realisation.
             points: an array of shape (n,) for each input.
         """
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
+        self._checks = problem.check_graph
         self._points = points
         self._allowed = {}
-        sizes = {
-            name: np.max(np.abs(value)) for name, value in _outputs(graph, all_results(graph, points)).items()
-        }
+        exact = self._results(graph, all_results(graph, points), points)
+        least = self._least(exact)
         for name, moved in self._moved(graph).items():
-            usual = max(float(np.median(moved)), _ROUNDING * float(sizes[name]))
+            usual = max(float(np.median(moved)), least[name])
             self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
 
     def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
@@ -62,26 +62,45 @@ class AccuracyGate:
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
-        results = sorted(among)
-        columns = {value: column for column, value in enumerate(results)}
+        wanted = sorted(graph.used_results().intersection(among))
+        columns = {value: column for column, value in enumerate(wanted)}
         numbers = iter(range(len(graph.nodes)))
 
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
             index = next(numbers)
-            moved = []
-            for r, (x, size) in enumerate(zip(made, _own_errors(node, operands, made), strict=True)):
-                step = np.zeros_like(x)
+            outside = [np.zeros_like(x) for x in made]
+            inside = np.zeros_like(made[0])
+            for r, step in enumerate(outside):
                 column = columns.get(Value(index, r))
                 if column is not None:
-                    step[column] = _ROUNDING * size[column]
-                moved.append(x + step)
-            return tuple(moved)
+                    # The residual of an equation moves its angle much further than rounding does.
+                    (inside if node.op == "implicit" else step)[column] = 1.0
+            return disturbed(node, operands, made, inside, outside)
 
         # One column for each result, in which it alone is moved, and one in which none is.
-        inputs = {name: np.full(len(results) + 1, column[sample]) for name, column in self._points.items()}
-        found = _outputs(graph, all_results(graph, inputs, rounded))[output]
+        inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
+        found = self._results(graph, all_results(graph, inputs, rounded), inputs)[output]
         moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
-        return results[int(np.argmax(moved))] if results and np.max(moved) > 0 else None
+        return wanted[int(np.argmax(moved))] if wanted and np.max(moved) > 0 else None
+
+    def _results(
+        self, graph: Graph, values: Sequence[Results], inputs: Mapping[str, Floats]
+    ) -> dict[str, Floats]:
+        """Return the outputs of a graph whose nodes have some results, and the checks."""
+        outputs = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
+        return outputs | self._checked(inputs, outputs)
+
+    def _checked(self, inputs: Mapping[str, Floats], outputs: Mapping[str, Floats]) -> dict[str, Floats]:
+        found = all_results(self._checks, {**inputs, **outputs})
+        return {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+
+    def _least(self, exact: Mapping[str, Floats]) -> dict[str, float]:
+        """Return how far outputs and checks move, usually, because words are what they are."""
+        outputs = {name: exact[name] for name in self._is_angle}
+        sizes = {name: ROUNDING * float(np.max(np.abs(value))) for name, value in outputs.items()}
+        moved = self._checked(self._points, {name: value + sizes[name] for name, value in outputs.items()})
+        checks = {name: float(np.nanmedian(np.abs(value - exact[name]))) for name, value in moved.items()}
+        return sizes | checks
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
         """Return how far single precision moves each output, as a mean square.
@@ -91,17 +110,16 @@ class AccuracyGate:
         generator = np.random.Generator(np.random.PCG64(11))
 
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
-            return tuple(
-                x + size * generator.uniform(-_ROUNDING, _ROUNDING, x.shape)
-                for x, size in zip(made, _own_errors(node, operands, made), strict=True)
-            )
+            inside = generator.uniform(-1, 1, made[0].shape) if node.op == "implicit" else made[0]
+            outside = [generator.uniform(-1, 1, x.shape) for x in made]
+            return disturbed(node, operands, made, inside, outside)
 
         # Against its own exact values: whether they are those of the problem is not judged by samples.
-        exact = _outputs(graph, all_results(graph, self._points))
+        exact = self._results(graph, all_results(graph, self._points), self._points)
         # All tries at once: each sample stands in the columns as often as it is tried.
         points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
         moved = {}
-        for name, column in _outputs(graph, all_results(graph, points, rounded)).items():
+        for name, column in self._results(graph, all_results(graph, points, rounded), points).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
             moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))
@@ -110,17 +128,5 @@ class AccuracyGate:
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
         """Return how far values of an output are from exact ones, angles modulo 2 pi."""
         difference = np.abs(found - exact)
-        return (
-            np.minimum(difference, np.abs(difference - 2 * np.pi)) if self._is_angle[output] else difference
-        )
-
-
-def _outputs(graph: Graph, values: Sequence[Results]) -> dict[str, Floats]:
-    return {name: values[v.node][v.result] for name, v in graph.outputs.items()}
-
-
-def _own_errors(node: Node, operands: Sequence[Floats], made: Results) -> list[Floats]:
-    """Return how far an operation itself moves its results, in roundings."""
-    own = errors(node.op, node.params, operands, [np.zeros_like(x) for x in operands], made)
-    # An error without bound tells that the sample lies at an edge, and nothing else.
-    return [np.nan_to_num(size, posinf=0.0) for size in own]
+        angle = self._is_angle.get(output, False)
+        return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference

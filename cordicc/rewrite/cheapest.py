@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from cordicc.base.arrays import Floats
+from cordicc.ir.border import border_samples
 from cordicc.ir.graph import Graph
+from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.problem import Problem
+from cordicc.ir.sampling import draw_with_corners
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.accuracy_gate import AccuracyGate
 from cordicc.rewrite.passes.base import PassContext
@@ -17,14 +23,18 @@ from cordicc.rewrite.search.realisations import Realisations
 from cordicc.rewrite.search.start import sample_points
 
 _POINTS = 1000
-"""Samples on which realisations are compared, besides those near singular points."""
+"""Samples on which realisations are compared, besides those near singular points and borders."""
+
+_DRAWN = 6_000
+"""Samples among which the border of the domain is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
     """A graph of unit operations, whether it is proven the cheapest alternative, each node's steps.
 
-    `facts`: the texts of the assumptions that it rests on.
+    `facts`: the texts of the assumptions that it rests on; `turned_down`: the checks for which cheaper
+    realisations were turned down.
     """
 
     graph: Graph
@@ -32,6 +42,7 @@ class Choice:
     searched: bool = False
     steps: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     facts: tuple[str, ...] = ()
+    turned_down: tuple[str, ...] = ()
 
 
 def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs) -> Choice:
@@ -53,7 +64,8 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
     if points is None:
         return Choice(graph)
     least = of_graph(graph, costs, context.goal)
-    gate = AccuracyGate(problem, graph, points)
+    gate = AccuracyGate(problem, graph, _with_borders(problem, bases, points))
+    refused: dict[str, None] = {}
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
         realisations = Realisations(problem, context, bases, costs, lift=lift)
@@ -70,11 +82,27 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
             inaccurate = gate.less_accurate(made)
             if inaccurate is None:
                 steps = found.steps if costs.implicit else {}
-                return Choice(made, found.proven, True, steps, found.facts)
+                return Choice(made, found.proven, True, steps, found.facts, tuple(refused))
+            if inaccurate[0] in problem.check_graph.outputs:
+                refused[inaccurate[0]] = None
             # In chains of standard units results are no longer those of the search.
             among = realisations.may_be_banned(found) if costs.implicit else ()
             blamed = gate.culprit(made, *inaccurate, among) if among else None
             if blamed is not None:
                 realisations.ban(found, blamed)
             found, first = realisations.best(), False
-    return Choice(graph, searched=True)
+    return Choice(graph, searched=True, turned_down=tuple(refused))
+
+
+def _with_borders(
+    problem: Problem, graphs: Sequence[Graph], points: Mapping[str, Floats]
+) -> dict[str, Floats]:
+    """Return points of the workspace and others where equations and graphs have values: corners, borders."""
+    drawn = draw_with_corners(problem.workspace, _DRAWN)
+    corners = {name: column[_DRAWN:] for name, column in drawn.items()}
+    borders = border_samples(problem.graph, problem.workspace, drawn)
+    more = {name: np.concatenate([corners[name], borders[name]]) for name in drawn}
+    good = np.ones(len(next(iter(more.values()))), dtype=bool)
+    for graph in (problem.graph, *graphs):
+        good &= screen(graph, more)[1]
+    return {name: np.concatenate([column, more[name][good]]) for name, column in points.items()}
