@@ -9,6 +9,7 @@ import numpy as np
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.doubles import Results, all_results
+from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
 from cordicc.rewrite.disturbances import ROUNDING, disturbed
 
@@ -81,7 +82,14 @@ class AccuracyGate:
         inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
         found = self._results(graph, all_results(graph, inputs, rounded), inputs)[output]
         moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
-        return wanted[int(np.argmax(moved))] if wanted and np.max(moved) > 0 else None
+        if not wanted or not np.max(moved) > 0:
+            return None
+        if output in self._checks.outputs:
+            # What a check tells of is how an angle is taken, and not how the numbers for it are written.
+            units = np.array([graph.node(value).definition.level is Level.UNIT for value in wanted])
+            if np.max(moved, where=units, initial=0.0) > np.max(moved) / _WORSE:
+                moved = np.where(units, moved, 0.0)
+        return wanted[int(np.argmax(moved))]
 
     def _results(
         self, graph: Graph, values: Sequence[Results], inputs: Mapping[str, Floats]
