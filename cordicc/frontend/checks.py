@@ -180,7 +180,7 @@ class CheckReader:
             request = equation.request
             if request is None or self.scope.values.get(equation.target) is None:
                 continue
-            if equation.target != request.unknowns[0] or not self.outputs.keys() >= set(request.unknowns):
+            if equation.target != request.unknowns[-1] or not self.outputs.keys() >= set(request.unknowns):
                 continue
             for number, (relation, text) in enumerate(request.equations, 1):
                 name, written = _RESIDUAL + ".".join(request.unknowns), f"residual of {equation.written}"
