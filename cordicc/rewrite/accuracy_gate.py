@@ -22,6 +22,9 @@ _WORSE = 8.0
 _USUAL = 4.0
 """How much it may move anywhere, of what is usual for the output."""
 
+_FAR = 16.0
+"""How much it moves a check too far, of what is usual and of what words that are rounded do at the sample."""
+
 
 class AccuracyGate:
     """Judges realisations by how far rounding of every operation moves the outputs and checks at samples.
@@ -40,26 +43,31 @@ class AccuracyGate:
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
         self._checks = problem.check_graph
         self._points = points
-        self._allowed = {}
+        self._allowed, self._near = {}, {}
         exact = self._results(graph, all_results(graph, points), points)
-        least = self._least(exact)
+        words = self._of_words({name: exact[name] for name in graph.outputs})
         for name, moved in self._moved(graph).items():
-            usual = max(float(np.median(moved)), least[name])
+            least = np.nan_to_num(words[name])
+            usual = max(float(np.median(moved)), float(np.median(least)))
             self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
+            if name in self._checks.outputs:
+                self._near[name] = _FAR * np.maximum(least, usual)
 
     def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
         """Return an output and a sample that rounding moves too far in a graph, None if there is none.
 
         Of all outputs and samples those that are moved most, compared with what is allowed.
         """
-        worst, found = 1.0, None
-        for name, moved in self._moved(graph).items():
-            allowed = self._allowed[name]
-            ratios = np.divide(moved, allowed, out=np.where(moved > 0, np.inf, 0.0), where=allowed > 0)
-            sample = int(np.argmax(ratios))
-            if ratios[sample] > worst:
-                worst, found = float(ratios[sample]), (name, sample)
-        return found
+        return self.judged(graph)[0]
+
+    def judged(self, graph: Graph) -> tuple[tuple[str, int] | None, tuple[str, int] | None]:
+        """Return what `less_accurate` does, and a check and a sample that rounding moves far.
+
+        Far is much further than is usual, and than rounded words alone would. The realisation that is
+        accurate enough may do so itself: then only another way to the outputs does better.
+        """
+        moved = self._moved(graph)
+        return _farthest(moved, self._allowed), _farthest(moved, self._near)
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
@@ -96,19 +104,24 @@ class AccuracyGate:
     ) -> dict[str, Floats]:
         """Return the outputs of a graph whose nodes have some results, and the checks."""
         outputs = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
-        return outputs | self._checked(inputs, outputs)
+        return outputs | self._checked({**inputs, **outputs})
 
-    def _checked(self, inputs: Mapping[str, Floats], outputs: Mapping[str, Floats]) -> dict[str, Floats]:
-        found = all_results(self._checks, {**inputs, **outputs})
+    def _checked(self, words: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return the checks, given inputs and outputs."""
+        found = all_results(self._checks, words)
         return {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
 
-    def _least(self, exact: Mapping[str, Floats]) -> dict[str, float]:
-        """Return how far outputs and checks move, usually, because words are what they are."""
-        outputs = {name: exact[name] for name in self._is_angle}
-        sizes = {name: ROUNDING * float(np.max(np.abs(value))) for name, value in outputs.items()}
-        moved = self._checked(self._points, {name: value + sizes[name] for name, value in outputs.items()})
-        checks = {name: float(np.nanmedian(np.abs(value - exact[name]))) for name, value in moved.items()}
-        return sizes | checks
+    def _of_words(self, outputs: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return how far outputs and checks move because words are rounded, whatever makes them."""
+        sizes = {name: np.full_like(x, ROUNDING * np.max(np.abs(x))) for name, x in outputs.items()}
+        steps = sizes | {name: ROUNDING * np.abs(column) for name, column in self._points.items()}
+        words = {**self._points, **outputs}
+        exact = self._checked(words)
+        squares = {name: np.zeros_like(value) for name, value in exact.items()}
+        for name, step in steps.items() if exact else ():
+            for check, value in self._checked(words | {name: words[name] + step}).items():
+                squares[check] += (value - exact[check]) ** 2
+        return sizes | {name: np.sqrt(square) for name, square in squares.items()}
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
         """Return how far single precision moves each output, as a mean square.
@@ -138,3 +151,14 @@ class AccuracyGate:
         difference = np.abs(found - exact)
         angle = self._is_angle.get(output, False)
         return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference
+
+
+def _farthest(moved: Mapping[str, Floats], allowed: Mapping[str, Floats]) -> tuple[str, int] | None:
+    """Return the name and the sample that are moved further than allowed, those that are so most."""
+    worst, found = 1.0, None
+    for name, limit in allowed.items():
+        ratios = np.divide(moved[name], limit, out=np.where(moved[name] > 0, np.inf, 0.0), where=limit > 0)
+        sample = int(np.argmax(ratios))
+        if ratios[sample] > worst:
+            worst, found = float(ratios[sample]), (name, sample)
+    return found

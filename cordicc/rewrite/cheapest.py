@@ -25,6 +25,9 @@ from cordicc.rewrite.search.start import sample_points
 _POINTS = 1000
 """Samples on which realisations are compared, besides those near singular points and borders."""
 
+_CLOSER = 8
+"""Realisations that are looked at for one that keeps checks close, once there is one to compile."""
+
 _DRAWN = 6_000
 """Samples among which the border of the domain is looked for."""
 
@@ -63,35 +66,68 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
     points = sample_points(problem, bases, _POINTS)
     if points is None:
         return Choice(graph)
-    least = of_graph(graph, costs, context.goal)
     gate = AccuracyGate(problem, graph, _with_borders(problem, bases, points))
-    refused: dict[str, None] = {}
+    search = _Search(problem, graph, gate, costs, context)
     # Fixed point has no digits to spare for products of denominators.
     for lift in (True, False) if costs.floating else (False,):
         realisations = Realisations(problem, context, bases, costs, lift=lift)
-        found, first = realisations.best(), True
+        if (choice := search.among(realisations)) is not None:
+            return choice
+    return Choice(graph, searched=True, turned_down=tuple(search.turned_down))
+
+
+@dataclass(slots=True)
+class _Search:
+    """Takes the cheapest of realisations that is accurate enough."""
+
+    problem: Problem
+    graph: Graph
+    gate: AccuracyGate
+    costs: Costs
+    context: PassContext
+    turned_down: dict[str, None] = field(default_factory=dict)
+
+    def among(self, realisations: Realisations) -> Choice | None:
+        """Return the choice; None if some were not accurate and the next one is no cheaper than the passes'."""
+        kept: Choice | None = None
+        found, first, more = realisations.best(), True, 0
         if found is None:
-            return Choice(graph)
-        while found is not None:
-            made = found.graph if costs.implicit else StandardChains().apply(found.graph, context)
+            return Choice(self.graph)
+        while found is not None and more <= _CLOSER:
+            made = found.graph if self.costs.implicit else StandardChains().apply(found.graph, self.context)
             verify(made)
-            if of_graph(made, costs, context.goal) >= least:
-                if first:
-                    return Choice(graph, proven=found.proven, searched=True)
+            if kept is None and self._cost(made) >= self._cost(self.graph):
+                if not first:
+                    return None
+                kept = Choice(self.graph, proven=found.proven, searched=True)
+                if self.gate.judged(self.graph)[1] is None:
+                    return kept
+            if kept is not None and self._cost(made)[0] > self._cost(kept.graph)[0]:
                 break
-            inaccurate = gate.less_accurate(made)
-            if inaccurate is None:
-                steps = found.steps if costs.implicit else {}
-                return Choice(made, found.proven, True, steps, found.facts, tuple(refused))
-            if inaccurate[0] in problem.check_graph.outputs:
-                refused[inaccurate[0]] = None
+            inaccurate, far = self.gate.judged(made)
+            if inaccurate is None and (kept is None or far is None):
+                steps = found.steps if self.costs.implicit else {}
+                closer = kept is not None
+                kept = Choice(made, found.proven, True, steps, found.facts, tuple(self.turned_down))
+                if far is None:
+                    return replace(kept, proven=False) if closer else kept
+            moved = inaccurate or far
+            assert moved is not None
+            if moved[0] in self.problem.check_graph.outputs:
+                self.turned_down[moved[0]] = None
             # In chains of standard units results are no longer those of the search.
-            among = realisations.may_be_banned(found) if costs.implicit else ()
-            blamed = gate.culprit(made, *inaccurate, among) if among else None
-            if blamed is not None:
-                realisations.ban(found, blamed)
-            found, first = realisations.best(), False
-    return Choice(graph, searched=True, turned_down=tuple(refused))
+            among = set()
+            if self.costs.implicit:
+                among = realisations.may_be_banned(found, needed=kept is not None)
+            blamed = self.gate.culprit(made, *moved, among)
+            while blamed is not None and not realisations.ban(found, blamed):
+                among.remove(blamed)
+                blamed = self.gate.culprit(made, *moved, among)
+            found, first, more = realisations.best(), False, more + (kept is not None)
+        return kept
+
+    def _cost(self, graph: Graph) -> tuple[int, ...]:
+        return of_graph(graph, self.costs, self.context.goal)
 
 
 def _with_borders(

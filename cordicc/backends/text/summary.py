@@ -75,8 +75,7 @@ def explanation_text(plan: Plan) -> str:
 def turned_down(plan: Plan) -> str:
     """Say for which checks cheaper operations were turned down."""
     names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
-    moved = f"rounding would move {names} further than in the equations as written"
-    return f"cheaper operations were turned down: {moved}"
+    return f"cheaper operations were turned down: rounding would move {names} too far from 0"
 
 
 def figure(number: float | None, unit: str = "") -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
@@ -74,19 +74,41 @@ class Realisations:
             for rule in RULES:
                 rule.run(given)
 
-    def may_be_banned(self, found: Found) -> set[Value]:
-        """Return the results in a realisation that the first one given does not need."""
+    def may_be_banned(self, found: Found, *, needed: bool = False) -> set[Value]:
+        """Return the results in a realisation that the first one given does not need, or those as well.
+
+        Without one that it needs there may be no realisation.
+        """
         assert self._filled is not None
+        if needed:
+            return {value for value, source in found.sources.items() if source not in self._banned}
         nodes = self._filled.store.algebra.nodes[: self._filled.certain]
-        needed = {v for node in nodes for v in node.operands}.union(
+        kept = {v for node in nodes for v in node.operands}.union(
             self._filled.outputs.values(), self._subjects()
         )
-        return {value for value, source in found.sources.items() if source not in needed | self._banned}
+        return {value for value, source in found.sources.items() if source not in kept | self._banned}
 
-    def ban(self, found: Found, value: Value) -> None:
-        """Take a result of a realisation no more, nor one that is made the same way."""
-        self._banned.add(found.sources[value])
-        self._tried = 0.0
+    def ban(self, found: Found, value: Value) -> bool:
+        """Take a result of a realisation no more, nor one that is made the same way.
+
+        Return False, and ban nothing, if nothing else makes what the outputs need.
+        """
+        banned = {*self._banned, found.sources[value]}
+        if value not in self.may_be_banned(found) and not self._possible(banned):
+            return False
+        self._banned, self._tried = banned, 0.0
+        return True
+
+    def _possible(self, banned: Collection[Value]) -> bool:
+        """Tell whether something makes every output, and every value that a guard may want, without results."""
+        if self._filled is None or not self._allowed:
+            return False
+        wanted, subjects = self._filled.outputs, self._subjects()
+        choice = alternatives(
+            self._filled.store, self._filled.certain, wanted, subjects, self._allowed[0], banned
+        )
+        needed = {*choice.wanted.values(), *map(choice.class_of, subjects)}
+        return needed <= choice.providers.keys()
 
     def _subjects(self) -> list[Value]:
         """Return the values that guards may want."""
