@@ -71,6 +71,27 @@ class AccuracyGate:
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
+        results, moved = self._each_moves(graph, output, sample, among)
+        if not results or not np.max(moved) > 0:
+            return None
+        if output in self._checks.outputs:
+            # What a check tells of is how an angle is taken, and not how the numbers for it are written.
+            units = np.array([graph.node(value).definition.level is Level.UNIT for value in results])
+            if np.max(moved, where=units, initial=0.0) > np.max(moved) / _WORSE:
+                moved = np.where(units, moved, 0.0)
+        return results[int(np.argmax(moved))]
+
+    def movers(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> list[Value]:
+        """Return the results of units, of some, whose rounding moves an output far, the farthest first."""
+        units = [value for value in among if graph.node(value).definition.level is Level.UNIT]
+        results, moved = self._each_moves(graph, output, sample, units)
+        order = np.argsort(-moved, kind="stable")
+        return [results[at] for at in order if moved[at] > 0 and moved[at] >= moved[order[0]] / _WORSE]
+
+    def _each_moves(
+        self, graph: Graph, output: str, sample: int, among: Collection[Value]
+    ) -> tuple[list[Value], Floats]:
+        """Return results that are used, of some, and how far the rounding of each moves an output at a sample."""
         wanted = sorted(graph.used_results().intersection(among))
         columns = {value: column for column, value in enumerate(wanted)}
         numbers = iter(range(len(graph.nodes)))
@@ -89,15 +110,7 @@ class AccuracyGate:
         # One column for each result, in which it alone is moved, and one in which none is.
         inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
         found = self._results(graph, all_results(graph, inputs, rounded), inputs)[output]
-        moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
-        if not wanted or not np.max(moved) > 0:
-            return None
-        if output in self._checks.outputs:
-            # What a check tells of is how an angle is taken, and not how the numbers for it are written.
-            units = np.array([graph.node(value).definition.level is Level.UNIT for value in wanted])
-            if np.max(moved, where=units, initial=0.0) > np.max(moved) / _WORSE:
-                moved = np.where(units, moved, 0.0)
-        return wanted[int(np.argmax(moved))]
+        return wanted, np.nan_to_num(self._distance(output, found[:-1], found[-1]))
 
     def _results(
         self, graph: Graph, values: Sequence[Results], inputs: Mapping[str, Floats]

@@ -19,7 +19,7 @@ from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.passes.standard_chains import StandardChains
 from cordicc.rewrite.search.costs import Costs, of_graph
-from cordicc.rewrite.search.realisations import Realisations
+from cordicc.rewrite.search.realisations import Found, Realisations
 from cordicc.rewrite.search.start import sample_points
 
 _POINTS = 1000
@@ -116,15 +116,24 @@ class _Search:
             if moved[0] in self.problem.check_graph.outputs:
                 self.turned_down[moved[0]] = None
             # In chains of standard units results are no longer those of the search.
-            among = set()
             if self.costs.implicit:
-                among = realisations.may_be_banned(found, needed=kept is not None)
-            blamed = self.gate.culprit(made, *moved, among)
-            while blamed is not None and not realisations.ban(found, blamed):
-                among.remove(blamed)
-                blamed = self.gate.culprit(made, *moved, among)
+                self._ban(realisations, found, moved, needed=kept is not None)
             found, first, more = realisations.best(), False, more + (kept is not None)
         return kept
+
+    def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], needed: bool) -> None:
+        """Let what moves an output or check at a sample be in no further realisation."""
+        among = realisations.may_be_banned(found, needed=needed)
+        if moved[0] in self.problem.check_graph.outputs:
+            # Errors of a unit move it where not all that should follows from the unit.
+            for unit in self.gate.movers(found.graph, *moved, found.sources):
+                apart = realisations.apart(found, unit)
+                if [value for value in sorted(apart) if realisations.ban(found, value)]:
+                    return
+        blamed = self.gate.culprit(found.graph, *moved, among)
+        while blamed is not None and not realisations.ban(found, blamed):
+            among.remove(blamed)
+            blamed = self.gate.culprit(found.graph, *moved, among)
 
     def _cost(self, graph: Graph) -> tuple[int, ...]:
         return of_graph(graph, self.costs, self.context.goal)

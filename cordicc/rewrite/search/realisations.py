@@ -13,7 +13,7 @@ from cordicc.rewrite.rules.rule import Given
 from cordicc.rewrite.search.conditions import requirements
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.extraction import extract
-from cordicc.rewrite.search.options import alternatives
+from cordicc.rewrite.search.options import Classes, alternatives
 from cordicc.rewrite.search.rebuilding import facts_of, rebuild
 from cordicc.rewrite.search.start import fill, sample_points
 
@@ -87,6 +87,37 @@ class Realisations:
             self._filled.outputs.values(), self._subjects()
         )
         return {value for value, source in found.sources.items() if source not in kept | self._banned}
+
+    def apart(self, found: Found, unit: Value) -> set[Value]:
+        """Return the values of a realisation that go without a result of a unit, and equal ones do not.
+
+        Equal ones are those of the first realisation given: there an error of the unit is in all that follows
+        from it, and cancels.  Of the values here those are returned that follow from no other one.
+        """
+        assert self._filled is not None
+        classes, graph, moved = Classes(self._filled.store), self._graph, self._filled.moved[0]
+        source = found.sources[unit]
+        results = range(len(self._filled.store.algebra.nodes[source.node].definition.results))
+        own = {classes.turn(Value(source.node, result)) for result in results}
+        made = [{classes.turn(value) for value in values} for values in moved]
+        starts = [index for index, values in enumerate(made) if not own.isdisjoint(values)]
+        after = set(starts).union(*(graph.downstream(index) for index in starts))
+        live = graph.live()
+        follow = set().union(*(made[index] for index in after & live))
+        follow -= set().union(own, *(made[index] for index in live - after))
+        with_unit = {unit.node, *found.graph.downstream(unit.node)}
+        without = {
+            value
+            for value in found.graph.used_results()
+            if value.node not in with_unit
+            and value in found.sources
+            and classes.turn(found.sources[value]) in follow
+        }
+        return {
+            value
+            for value in without
+            if without.isdisjoint(found.graph.nodes[value.node].operands)
+        } - {value for value in without if found.sources[value] in self._banned}
 
     def ban(self, found: Found, value: Value) -> bool:
         """Take a result of a realisation no more, nor one that is made the same way.
