@@ -28,6 +28,9 @@ _POINTS = 1000
 _CLOSER = 8
 """Realisations that are looked at for one that keeps checks close, once there is one to compile."""
 
+_LIFTS = 3
+"""How often scaling by common denominators is tried, each time with fewer values scaled."""
+
 _DRAWN = 6_000
 """Samples among which the border of the domain is looked for."""
 
@@ -69,8 +72,10 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
     gate = AccuracyGate(problem, graph, _with_borders(problem, bases, points))
     search = _Search(problem, graph, gate, costs, context)
     # Fixed point has no digits to spare for products of denominators.
-    for lift in (True, False) if costs.floating else (False,):
-        realisations = Realisations(problem, context, bases, costs, lift=lift)
+    for lift in (*[True] * _LIFTS, False) if costs.floating else (False,):
+        if lift and search.exhausted:
+            continue
+        realisations = Realisations(problem, context, bases, costs, lift=lift, apart=search.apart)
         if (choice := search.among(realisations)) is not None:
             return choice
     return Choice(graph, searched=True, turned_down=tuple(search.turned_down))
@@ -78,7 +83,12 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
 
 @dataclass(slots=True)
 class _Search:
-    """Takes the cheapest of realisations that is accurate enough."""
+    """Takes the cheapest of realisations that is accurate enough.
+
+    `turned_down` are the checks for which cheaper ones were turned down, and `apart` the operations of the
+    passes' realisation whose results must not be scaled, so that checks stay close; `exhausted` tells that
+    there are no more of them.
+    """
 
     problem: Problem
     graph: Graph
@@ -86,54 +96,83 @@ class _Search:
     costs: Costs
     context: PassContext
     turned_down: dict[str, None] = field(default_factory=dict)
+    apart: frozenset[int] = frozenset()
+    exhausted: bool = False
 
     def among(self, realisations: Realisations) -> Choice | None:
-        """Return the choice; None if some were not accurate and the next one is no cheaper than the passes'."""
+        """Return the choice; None if there is a reason to look among others.
+
+        Some were not accurate, and the next one is no cheaper than that of the passes, or something must not
+        be scaled.
+        """
         kept: Choice | None = None
         found, first, more = realisations.best(), True, 0
         if found is None:
-            return Choice(self.graph)
+            return Choice(self.graph, turned_down=tuple(self.turned_down))
+        self.exhausted = True
         while found is not None and more <= _CLOSER:
             made = found.graph if self.costs.implicit else StandardChains().apply(found.graph, self.context)
             verify(made)
             if kept is None and self._cost(made) >= self._cost(self.graph):
                 if not first:
                     return None
-                kept = Choice(self.graph, proven=found.proven, searched=True)
+                kept = self._choice(self.graph, found.proven)
                 if self.gate.judged(self.graph)[1] is None:
                     return kept
             if kept is not None and self._cost(made)[0] > self._cost(kept.graph)[0]:
                 break
             inaccurate, far = self.gate.judged(made)
             if inaccurate is None and (kept is None or far is None):
-                steps = found.steps if self.costs.implicit else {}
-                closer = kept is not None
-                kept = Choice(made, found.proven, True, steps, found.facts, tuple(self.turned_down))
+                kept = self._choice(made, found.proven and kept is None, found)
                 if far is None:
-                    return replace(kept, proven=False) if closer else kept
+                    return kept
             moved = inaccurate or far
             assert moved is not None
             if moved[0] in self.problem.check_graph.outputs:
                 self.turned_down[moved[0]] = None
             # In chains of standard units results are no longer those of the search.
-            if self.costs.implicit:
-                self._ban(realisations, found, moved, needed=kept is not None)
+            if self.costs.implicit and not self._ban(realisations, found, moved, close=kept is not None):
+                return None
             found, first, more = realisations.best(), False, more + (kept is not None)
         return kept
 
-    def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], needed: bool) -> None:
-        """Let what moves an output or check at a sample be in no further realisation."""
-        among = realisations.may_be_banned(found, needed=needed)
+    def _choice(self, graph: Graph, proven: bool, found: Found | None = None) -> Choice:
+        """Return a graph as the choice; `found` is what it came from if it is not that of the passes."""
+        turned_down = tuple(self.turned_down)
+        if found is None:
+            return Choice(graph, proven, searched=True, turned_down=turned_down)
+        steps = found.steps if self.costs.implicit else {}
+        return Choice(graph, proven, True, steps, found.facts, turned_down)
+
+    def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], *, close: bool) -> bool:
+        """Let what moves an output or check at a sample be in no further realisation.
+
+        Return False if it is for `apart` to do so.
+
+        Args:
+            realisations: where there are others.
+            found: the one that is not accurate.
+            moved: output or check, and sample.
+            close: whether results that the passes' realisation needs may be banned too.
+        """
         if moved[0] in self.problem.check_graph.outputs:
             # Errors of a unit move it where not all that should follows from the unit.
-            for unit in self.gate.movers(found.graph, *moved, found.sources):
-                apart = realisations.apart(found, unit)
-                if [value for value in sorted(apart) if realisations.ban(found, value)]:
-                    return
+            units = self.gate.movers(found.graph, *moved, found.sources)
+            for unit in units:
+                apart = sorted(realisations.apart(found, unit))
+                if [value for value in apart if realisations.ban(found, value)]:
+                    return True
+            scaled = [] if close or not realisations.lift else units
+            for unit in scaled:
+                if not (own := realisations.of_unit(found, unit)) <= self.apart:
+                    self.apart, self.exhausted = self.apart | own, False
+                    return False
+        among = realisations.may_be_banned(found, needed=close)
         blamed = self.gate.culprit(found.graph, *moved, among)
         while blamed is not None and not realisations.ban(found, blamed):
             among.remove(blamed)
             blamed = self.gate.culprit(found.graph, *moved, among)
+        return True
 
     def _cost(self, graph: Graph) -> tuple[int, ...]:
         return of_graph(graph, self.costs, self.context.goal)

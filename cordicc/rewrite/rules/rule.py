@@ -23,7 +23,7 @@ class Given:
     """What rules work on: a store, and the realisations that it was filled with.
 
     `moved` are the values that the nodes of each graph became; `lifting` allows to scale values by common
-    denominators.
+    denominators, but not for the cosine and sine of angles in which the roots of `apart` occur.
     """
 
     store: Store
@@ -31,6 +31,7 @@ class Given:
     moved: Sequence[Sequence[tuple[Value, ...]]] = ()
     outputs: Mapping[str, Value] = field(default_factory=dict)
     lifting: bool = False
+    apart: frozenset[Value] = frozenset()
 
     def has(self, need: Need) -> bool:
         """Tell whether a need is met."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.problem import Problem
+from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.rules.catalogue import RULES
 from cordicc.rewrite.rules.rule import Given
@@ -50,6 +51,7 @@ class Realisations:
         costs: Costs,
         *,
         lift: bool = True,
+        apart: frozenset[int] = frozenset(),
     ) -> None:
         """Find the alternatives.
 
@@ -59,8 +61,10 @@ class Realisations:
             graphs: realisations in unit operations, implicit ones included; the first one gives conditions.
             costs: what operations cost.
             lift: whether values may be scaled by common denominators.
+            apart: nodes of the first realisation of whose roots no cosine and sine is made then.
         """
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
+        self.lift = lift
         self._allowed = list(_WORSE)
         self._tried = 0.0
         self._banned: set[Value] = set()
@@ -70,9 +74,21 @@ class Realisations:
             self._filled = None if points is None else fill(problem, context.inputs, graphs, points)
         if self._filled is not None:
             store, moved, outputs = self._filled.store, self._filled.moved, self._filled.outputs
-            given = Given(store, graphs, moved, outputs, lifting=lift)
+            kept = frozenset(value for index in apart for value in moved[0][index])
+            given = Given(store, graphs, moved, outputs, lift, kept)
             for rule in RULES:
                 rule.run(given)
+
+    @property
+    def _store(self) -> Store:
+        assert self._filled is not None
+        return self._filled.store
+
+    @property
+    def _moved(self) -> Sequence[tuple[Value, ...]]:
+        """The values that the nodes of the first realisation became."""
+        assert self._filled is not None
+        return self._filled.moved[0]
 
     def may_be_banned(self, found: Found, *, needed: bool = False) -> set[Value]:
         """Return the results in a realisation that the first one given does not need, or those as well.
@@ -94,30 +110,31 @@ class Realisations:
         Equal ones are those of the first realisation given: there an error of the unit is in all that follows
         from it, and cancels.  Of the values here those are returned that follow from no other one.
         """
-        assert self._filled is not None
-        classes, graph, moved = Classes(self._filled.store), self._graph, self._filled.moved[0]
-        source = found.sources[unit]
-        results = range(len(self._filled.store.algebra.nodes[source.node].definition.results))
-        own = {classes.turn(Value(source.node, result)) for result in results}
-        made = [{classes.turn(value) for value in values} for values in moved]
-        starts = [index for index, values in enumerate(made) if not own.isdisjoint(values)]
-        after = set(starts).union(*(graph.downstream(index) for index in starts))
-        live = graph.live()
-        follow = set().union(*(made[index] for index in after & live))
-        follow -= set().union(own, *(made[index] for index in live - after))
+        classes, graph = Classes(self._store), self._graph
+        made = [{classes.turn(value) for value in values} for values in self._moved]
+        starts, live = self.of_unit(found, unit), graph.live()
+        after = live & set(starts).union(*(graph.downstream(index) for index in starts))
+        before = set().union(*(made[index] for index in {*live - after, *starts}))
+        follow = set().union(*(made[index] for index in after)) - before
         with_unit = {unit.node, *found.graph.downstream(unit.node)}
         without = {
-            value
-            for value in found.graph.used_results()
-            if value.node not in with_unit
-            and value in found.sources
-            and classes.turn(found.sources[value]) in follow
+            value: source
+            for value, source in found.sources.items()
+            if value.node not in with_unit and classes.turn(source) in follow
         }
-        return {
-            value
-            for value in without
-            if without.isdisjoint(found.graph.nodes[value.node].operands)
-        } - {value for value in without if found.sources[value] in self._banned}
+        first = [v for v in without if without.keys().isdisjoint(found.graph.nodes[v.node].operands)]
+        return {v for v in first if without[v] not in self._banned} & found.graph.used_results()
+
+    def of_unit(self, found: Found, unit: Value) -> frozenset[int]:
+        """Return the nodes of the first realisation given that yield a result of a unit in another one."""
+        classes, source = Classes(self._store), found.sources[unit]
+        results = range(len(self._store.algebra.nodes[source.node].definition.results))
+        own = {classes.turn(Value(source.node, result)) for result in results}
+        return frozenset(
+            index
+            for index, values in enumerate(self._moved)
+            if any(classes.turn(value) in own for value in values)
+        )
 
     def ban(self, found: Found, value: Value) -> bool:
         """Take a result of a realisation no more, nor one that is made the same way.
