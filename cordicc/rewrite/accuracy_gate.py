@@ -32,14 +32,24 @@ class AccuracyGate:
     What is said of an output here holds for a check too, which depends on the outputs and the exact inputs.
     """
 
-    def __init__(self, problem: Problem, graph: Graph, points: Mapping[str, Floats]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        graph: Graph,
+        points: Mapping[str, Floats],
+        hard: Mapping[str, Floats] | None = None,
+    ) -> None:
         """Judge by a realisation that is accurate enough.
 
         Args:
             problem: the problem, for its checks, and for which outputs are angles.
             graph: the realisation.
             points: an array of shape (n,) for each input.
+            hard: the same of further points, at which outputs may move as they like: checks alone are judged.
         """
+        easy = len(next(iter(points.values()), ()))
+        if hard is not None:
+            points = {name: np.concatenate([column, hard[name]]) for name, column in points.items()}
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
         self._checks = problem.check_graph
         self._points = points
@@ -48,10 +58,12 @@ class AccuracyGate:
         words = self._of_words({name: exact[name] for name in graph.outputs})
         for name, moved in self._moved(graph).items():
             least = np.nan_to_num(words[name])
-            usual = max(float(np.median(moved)), float(np.median(least)))
+            usual = max(float(np.median(moved[:easy])), float(np.median(least[:easy])))
             self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
             if name in self._checks.outputs:
                 self._near[name] = _FAR * np.maximum(least, usual)
+            else:
+                self._allowed[name][easy:] = np.inf
 
     def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
         """Return an output and a sample that rounding moves too far in a graph, None if there is none.

@@ -25,11 +25,11 @@ from cordicc.rewrite.search.start import sample_points
 _POINTS = 1000
 """Samples on which realisations are compared, besides those near singular points and borders."""
 
-_CLOSER = 8
+_CLOSER = 5
 """Realisations that are looked at for one that keeps checks close, once there is one to compile."""
 
-_LIFTS = 3
-"""How often scaling by common denominators is tried, each time with fewer values scaled."""
+_ROUNDS = 6
+"""How often alternatives are found anew, by what is known of the checks by then."""
 
 _DRAWN = 6_000
 """Samples among which the border of the domain is looked for."""
@@ -69,15 +69,19 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
     points = sample_points(problem, bases, _POINTS)
     if points is None:
         return Choice(graph)
-    gate = AccuracyGate(problem, graph, _with_borders(problem, bases, points))
-    search = _Search(problem, graph, gate, costs, context)
+    gate = AccuracyGate(problem, graph, points, _hard_points(problem, bases))
+    asked = any(check.asked for check in problem.checks)
+    search = _Search(problem, graph, gate, costs, context, together=asked)
     # Fixed point has no digits to spare for products of denominators.
-    for lift in (*[True] * _LIFTS, False) if costs.floating else (False,):
-        if lift and search.exhausted:
-            continue
-        realisations = Realisations(problem, context, bases, costs, lift=lift, apart=search.apart)
-        if (choice := search.among(realisations)) is not None:
+    lift = costs.floating
+    for _ in range(_ROUNDS):
+        around = Realisations(problem, context, bases, costs, lift, search.apart, search.together)
+        search.again = False
+        if (choice := search.among(around)) is not None:
             return choice
+        if not (lift or search.again):
+            break
+        lift = lift and search.again
     return Choice(graph, searched=True, turned_down=tuple(search.turned_down))
 
 
@@ -85,9 +89,9 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
 class _Search:
     """Takes the cheapest of realisations that is accurate enough.
 
-    `turned_down` are the checks for which cheaper ones were turned down, and `apart` the operations of the
-    passes' realisation whose results must not be scaled, so that checks stay close; `exhausted` tells that
-    there are no more of them.
+    `turned_down` are the checks for which cheaper ones were turned down.  What checks want of realisations is
+    learnt of those that are not accurate: `apart` are the operations of the passes' realisation whose results
+    must not be scaled, `together` tells whether equations must share roots; `again` that there is more of it.
     """
 
     problem: Problem
@@ -97,19 +101,18 @@ class _Search:
     context: PassContext
     turned_down: dict[str, None] = field(default_factory=dict)
     apart: frozenset[int] = frozenset()
-    exhausted: bool = False
+    together: bool = False
+    again: bool = False
 
     def among(self, realisations: Realisations) -> Choice | None:
-        """Return the choice; None if there is a reason to look among others.
+        """Return the choice; None if others are to be looked at.
 
-        Some were not accurate, and the next one is no cheaper than that of the passes, or something must not
-        be scaled.
+        Some were not accurate, and the next one is no cheaper than that of the passes, or checks want more.
         """
         kept: Choice | None = None
         found, first, more = realisations.best(), True, 0
         if found is None:
             return Choice(self.graph, turned_down=tuple(self.turned_down))
-        self.exhausted = True
         while found is not None and more <= _CLOSER:
             made = found.graph if self.costs.implicit else StandardChains().apply(found.graph, self.context)
             verify(made)
@@ -147,7 +150,7 @@ class _Search:
     def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], *, close: bool) -> bool:
         """Let what moves an output or check at a sample be in no further realisation.
 
-        Return False if it is for `apart` to do so.
+        Return False if others do better than what is left.
 
         Args:
             realisations: where there are others.
@@ -156,6 +159,9 @@ class _Search:
             close: whether results that the passes' realisation needs may be banned too.
         """
         if moved[0] in self.problem.check_graph.outputs:
+            if not self.together:
+                self.together = self.again = True
+                return False
             # Errors of a unit move it where not all that should follows from the unit.
             units = self.gate.movers(found.graph, *moved, found.sources)
             for unit in units:
@@ -165,7 +171,7 @@ class _Search:
             scaled = [] if close or not realisations.lift else units
             for unit in scaled:
                 if not (own := realisations.of_unit(found, unit)) <= self.apart:
-                    self.apart, self.exhausted = self.apart | own, False
+                    self.apart, self.again = self.apart | own, True
                     return False
         among = realisations.may_be_banned(found, needed=close)
         blamed = self.gate.culprit(found.graph, *moved, among)
@@ -178,10 +184,10 @@ class _Search:
         return of_graph(graph, self.costs, self.context.goal)
 
 
-def _with_borders(
-    problem: Problem, graphs: Sequence[Graph], points: Mapping[str, Floats]
-) -> dict[str, Floats]:
-    """Return points of the workspace and others where equations and graphs have values: corners, borders."""
+def _hard_points(problem: Problem, graphs: Sequence[Graph]) -> dict[str, Floats] | None:
+    """Return corners and what is near borders, where equations and graphs have values; None without checks."""
+    if not problem.checks:
+        return None
     drawn = draw_with_corners(problem.workspace, _DRAWN)
     corners = {name: column[_DRAWN:] for name, column in drawn.items()}
     borders = border_samples(problem.graph, problem.workspace, drawn)
@@ -189,4 +195,4 @@ def _with_borders(
     good = np.ones(len(next(iter(more.values()))), dtype=bool)
     for graph in (problem.graph, *graphs):
         good &= screen(graph, more)[1]
-    return {name: np.concatenate([column, more[name][good]]) for name, column in points.items()}
+    return {name: column[good] for name, column in more.items()}

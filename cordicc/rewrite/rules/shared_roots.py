@@ -10,7 +10,7 @@ from cordicc.ir.graph import Value
 from cordicc.rewrite.exact.field import TooLarge
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules.products import turned
-from cordicc.rewrite.rules.rule import Given, Rule
+from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 _MOST = 6
 """Equations with one root between them; of more, the first."""
@@ -57,5 +57,6 @@ SHARED_ROOTS = Rule(
     name="roots of two equations",
     mathematics="t = atan2(A C + B w, B C - A w) for B cos t + A sin t = C, w = sqrt(A^2 + B^2 - C^2), branch +",
     apply=_add_vectors,
+    needs=frozenset({Need.TOGETHER}),
     words="the angle of a vector that takes the root of another equation: errors of the two cancel",
 )

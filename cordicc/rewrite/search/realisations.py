@@ -49,9 +49,9 @@ class Realisations:
         context: PassContext,
         graphs: Sequence[Graph],
         costs: Costs,
-        *,
         lift: bool = True,
         apart: frozenset[int] = frozenset(),
+        together: bool = False,
     ) -> None:
         """Find the alternatives.
 
@@ -62,6 +62,7 @@ class Realisations:
             costs: what operations cost.
             lift: whether values may be scaled by common denominators.
             apart: nodes of the first realisation of whose roots no cosine and sine is made then.
+            together: whether equations share roots, so that errors of their angles cancel.
         """
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
         self.lift = lift
@@ -75,7 +76,7 @@ class Realisations:
         if self._filled is not None:
             store, moved, outputs = self._filled.store, self._filled.moved, self._filled.outputs
             kept = frozenset(value for index in apart for value in moved[0][index])
-            given = Given(store, graphs, moved, outputs, lift, kept)
+            given = Given(store, graphs, moved, outputs, lift, kept, together)
             for rule in RULES:
                 rule.run(given)
 
