@@ -28,7 +28,9 @@ def command(file: Path) -> None:
     tell(warnings)
     asked = tuple(check for check in problem.checks if check.asked)
     parts: list[tuple[Sized, str]] = [
-        (problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output")
+        (problem.inputs, "input"),
+        (problem.equations, "equation"),
+        (problem.outputs, "output"),
     ]
     parts += [(asked, "check")] if asked else []
     counts = ", ".join(count(len(items), noun) for items, noun in parts)

@@ -1,4 +1,4 @@
-"""Whether a realisation is as accurate as another one: how far rounding moves outputs and checks at samples."""
+"""Whether a realisation is as accurate as another one: how far rounding moves outputs and checks."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ class AccuracyGate:
         graph: Graph,
         points: Mapping[str, Floats],
         hard: Mapping[str, Floats] | None = None,
+        guard_bits: int | None = None,
     ) -> None:
         """Judge by a realisation that is accurate enough.
 
@@ -46,7 +47,10 @@ class AccuracyGate:
             graph: the realisation.
             points: an array of shape (n,) for each input.
             hard: the same of further points, at which outputs may move as they like: checks alone are judged.
+            guard_bits: of words between operations that have no exponents, so that an error is as large for
+                all of them: checks are judged by such errors then.  None: words have exponents.
         """
+        self._guard_bits = guard_bits
         easy = len(next(iter(points.values()), ()))
         if hard is not None:
             points = {name: np.concatenate([column, hard[name]]) for name, column in points.items()}
@@ -103,8 +107,9 @@ class AccuracyGate:
     def _each_moves(
         self, graph: Graph, output: str, sample: int, among: Collection[Value]
     ) -> tuple[list[Value], Floats]:
-        """Return results that are used, of some, and how far the rounding of each moves an output at a sample."""
+        """Return results, of some those that are used, and how far each moves an output at a sample."""
         wanted = sorted(graph.used_results().intersection(among))
+        guard_bits = self._guard_bits if output in self._checks.outputs else None
         columns = {value: column for column, value in enumerate(wanted)}
         numbers = iter(range(len(graph.nodes)))
 
@@ -117,7 +122,7 @@ class AccuracyGate:
                 if column is not None:
                     # The residual of an equation moves its angle much further than rounding does.
                     (inside if node.op == "implicit" else step)[column] = 1.0
-            return disturbed(node, operands, made, inside, outside)
+            return disturbed(node, operands, made, inside, outside, guard_bits=guard_bits)
 
         # One column for each result, in which it alone is moved, and one in which none is.
         inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
@@ -149,7 +154,15 @@ class AccuracyGate:
         return sizes | {name: np.sqrt(square) for name, square in squares.items()}
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
-        """Return how far single precision moves each output, as a mean square.
+        """Return how far rounding moves each output and check, as a mean square."""
+        moved = self._moved_by(graph, None)
+        if self._guard_bits is not None and self._checks.outputs:
+            fixed = self._moved_by(graph, self._guard_bits)
+            moved |= {name: fixed[name] for name in self._checks.outputs}
+        return moved
+
+    def _moved_by(self, graph: Graph, guard_bits: int | None) -> dict[str, Floats]:
+        """Return how far rounding to as many digits as single precision has moves each output and check.
 
         Units err as they do: those that turn vectors by the vector's length, angles absolutely.
         """
@@ -158,7 +171,7 @@ class AccuracyGate:
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
             inside = generator.uniform(-1, 1, made[0].shape) if node.op == "implicit" else made[0]
             outside = [generator.uniform(-1, 1, x.shape) for x in made]
-            return disturbed(node, operands, made, inside, outside)
+            return disturbed(node, operands, made, inside, outside, guard_bits=guard_bits)
 
         # Against its own exact values: whether they are those of the problem is not judged by samples.
         exact = self._results(graph, all_results(graph, self._points), self._points)

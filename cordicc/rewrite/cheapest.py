@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cordicc.base.arrays import Floats
-from cordicc.ir.border import border_samples
 from cordicc.ir.graph import Graph
+from cordicc.ir.hard_samples import hard_samples
 from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.problem import Problem
 from cordicc.ir.sampling import draw_with_corners
@@ -69,7 +69,8 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
     points = sample_points(problem, bases, _POINTS)
     if points is None:
         return Choice(graph)
-    gate = AccuracyGate(problem, graph, points, _hard_points(problem, bases))
+    hard = _hard_points(problem, bases)
+    gate = AccuracyGate(problem, graph, points, hard, None if costs.floating else costs.guard_bits)
     asked = any(check.asked for check in problem.checks)
     search = _Search(problem, graph, gate, costs, context, together=asked)
     # Fixed point has no digits to spare for products of denominators.
@@ -185,13 +186,13 @@ class _Search:
 
 
 def _hard_points(problem: Problem, graphs: Sequence[Graph]) -> dict[str, Floats] | None:
-    """Return corners and what is near borders, where equations and graphs have values; None without checks."""
+    """Return corners and what is near borders and singular points; None without checks."""
     if not problem.checks:
         return None
     drawn = draw_with_corners(problem.workspace, _DRAWN)
     corners = {name: column[_DRAWN:] for name, column in drawn.items()}
-    borders = border_samples(problem.graph, problem.workspace, drawn)
-    more = {name: np.concatenate([corners[name], borders[name]]) for name in drawn}
+    singular = hard_samples(problem.graph, problem.workspace, drawn)
+    more = {name: np.concatenate([corners[name], singular[name]]) for name in drawn}
     good = np.ones(len(next(iter(more.values()))), dtype=bool)
     for graph in (problem.graph, *graphs):
         good &= screen(graph, more)[1]

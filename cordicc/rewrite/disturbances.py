@@ -23,7 +23,13 @@ def own_errors(node: Node, operands: Sequence[Floats], made: Results) -> list[Fl
 
 
 def disturbed(
-    node: Node, operands: Sequence[Floats], made: Results, inside: Floats, outside: Sequence[Floats]
+    node: Node,
+    operands: Sequence[Floats],
+    made: Results,
+    inside: Floats,
+    outside: Sequence[Floats],
+    *,
+    guard_bits: int | None = None,
 ) -> Results:
     """Return the results of an operation, rounded.
 
@@ -36,15 +42,27 @@ def disturbed(
         made: its exact results.
         inside: how far the residual is from 0, in the largest there may be.
         outside: the same of the rounding of each result.
+        guard_bits: of words without exponents, whose errors are those of the largest; None: they have some.
     """
+    fixed = guard_bits is not None
+    step = ROUNDING if guard_bits is None or node.op == "input" else ROUNDING * 2.0**-guard_bits
     if node.op != "implicit":
         sizes = own_errors(node, operands, made)
-        return tuple(x + ROUNDING * u * size for x, u, size in zip(made, outside, sizes, strict=True))
+        if fixed:
+            sizes = [np.full_like(size, _largest(size)) for size in sizes]
+        return tuple(x + step * u * size for x, u, size in zip(made, outside, sizes, strict=True))
     A, B, C = operands
     length = np.hypot(A, B)
-    moved = C + ROUNDING * length * inside
+    moved = C + step * (_largest(length) if fixed else length) * inside
     if node.m == 1:
         # The unit itself takes no equation out of its domain.
         moved = np.where(np.abs(C) <= length, np.clip(moved, -length, length), moved)
     angle, rest = results(node.op, node.params, (A, B, moved), C.size)
-    return angle + ROUNDING * outside[0], rest * (1 + ROUNDING * outside[1])
+    size = _largest(rest) if fixed else rest
+    return angle + step * outside[0], rest + step * size * outside[1]
+
+
+def _largest(values: Floats) -> float:
+    """Return the largest magnitude of values, of those that there are."""
+    size = np.abs(values)
+    return float(np.max(size, where=np.isfinite(size), initial=0.0))

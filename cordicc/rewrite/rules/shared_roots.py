@@ -1,4 +1,4 @@
-"""The angle of an equation as that of a vector, where another equation's unit yields a multiple of its root."""
+"""The angle of an equation as that of a vector, by the root that the unit of another equation yields."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _by_root(store: Store) -> Mapping[object, list[tuple[Value, Fraction]]]:
 
 SHARED_ROOTS = Rule(
     name="roots of two equations",
-    mathematics="t = atan2(A C + B w, B C - A w) for B cos t + A sin t = C, w = sqrt(A^2 + B^2 - C^2), branch +",
+    mathematics="B cos t + A sin t = C: t = atan2(A C + B w, B C - A w), w = sqrt(A^2 + B^2 - C^2), branch +",
     apply=_add_vectors,
     needs=frozenset({Need.TOGETHER}),
     words="the angle of a vector that takes the root of another equation: errors of the two cancel",

@@ -149,7 +149,7 @@ class Realisations:
         return True
 
     def _possible(self, banned: Collection[Value]) -> bool:
-        """Tell whether something makes every output, and every value that a guard may want, without results."""
+        """Tell whether without some results all that the outputs need, and what guards may want, is made."""
         if self._filled is None or not self._allowed:
             return False
         wanted, subjects = self._filled.outputs, self._subjects()
