@@ -12,7 +12,7 @@ import numpy as np
 
 from cordicc.backends.text.summary import count
 from cordicc.base.arrays import Samples
-from cordicc.base.diagnostics import Diagnostic, InvalidInput
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import own_bounds
@@ -21,6 +21,7 @@ from cordicc.cli.console import Progress
 from cordicc.cli.simulation_text import dumped, errors_json, errors_sheet, facts_data, print_told
 from cordicc.cli.streams import deliver
 from cordicc.emulate import cycle, extremes, functional
+from cordicc.emulate.checking import CheckTally, beyond_limits, without_value
 from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
@@ -119,7 +120,7 @@ def run_samples(
         expected = run.about_rows(inputs)
     first = next(parts)
     simulate = run.simulator(first, expected)
-    progress = Progress(total, "samples")
+    progress, checks = Progress(total, "samples"), CheckTally(plan.problem)
     with ExitStack() as stack:
         stack.callback(progress.done)
         take = _sink(outputs, run.columns, stack)
@@ -134,18 +135,19 @@ def run_samples(
             precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
             limits = None if stated is None else ConditionalBounds(stated.values, stated.inside)
+            each = checks.watching(each)
             report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits, facts)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
             told = (
-                errors_json(plan, report, found)
+                errors_json(plan, report, found, checks)
                 if run.as_json
-                else errors_sheet(plan, report, found, reference.search)
+                else errors_sheet(plan, report, found, reference.search, checks)
             )
     print_told(told, err=str(outputs) == "-")
     if facts is not None:
         run.tell(facts.told("sample" if inputs is None else "row"))
-    run.tell(beyond)
+    run.tell([*beyond, *beyond_limits(checks, Severity.WARNING), *without_value(checks)])
     return 1 if beyond else 0
 
 

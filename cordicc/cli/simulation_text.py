@@ -8,18 +8,19 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
-from cordicc.backends.text.summary import ACCURACY_HEADER, count, figure
+from cordicc.backends.text.summary import ACCURACY_HEADER, checks_table, count, figure
 from cordicc.base.text_tables import Sheet, Table, percent
 from cordicc.cli.console import show
 from cordicc.cli.streams import deliver
 from cordicc.emulate.accuracy import Comparison
+from cordicc.emulate.checking import CheckTally
 from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import Judged, Judgement
 from cordicc.emulate.long_run import RunFindings
 from cordicc.ir.facts import SIDES
 from cordicc.plan.model import Plan
-from cordicc.plan.plain_data import bound_data
+from cordicc.plan.plain_data import bound_data, check_data
 
 _BAR = 40
 _MOST_CAUSES = 5
@@ -38,9 +39,15 @@ def dumped(data: Mapping[str, Any]) -> str:
     return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
-def errors_json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> str:
+def errors_json(
+    plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None, checks: CheckTally
+) -> str:
     """Return what a run showed as JSON; `found` are the errors that a search found, None without one."""
     data = comparison_data(plan, report.comparison)
+    data["checks"] = {
+        name: check_data(plan.problem.check(name), record.figures) | {"beyond": record.beyond}
+        for name, record in checks.found.items()
+    }
     data |= {"referenced": report.referenced, "screened": report.screened}
     data["undefined"] = [
         {"equation": cause.equation, "reason": cause.reason, "samples": samples, "first": first + 1}
@@ -89,7 +96,11 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
 
 
 def errors_sheet(
-    plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None, details: bool
+    plan: Plan,
+    report: RunFindings,
+    found: Mapping[str, Worst | None] | None,
+    details: bool,
+    checks: CheckTally,
 ) -> Sheet:
     """Return what a run showed; with details, histograms and worst inputs, those found by a search too."""
     judged = {} if report.judgement is None else report.judgement.found
@@ -118,7 +129,8 @@ def errors_sheet(
             f"double precision{known}; the worst of these again against high precision"
         )
     lines += _details(plan, report, found) if details else []
-    return replace(sheet, blocks=(*sheet.blocks, *lines))
+    figures = {name: record.figures for name, record in checks.found.items()}
+    return replace(sheet, blocks=(*sheet.blocks, *checks_table(plan.problem, figures), *lines))
 
 
 def _details(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> list[str]:

@@ -156,12 +156,12 @@ def names(expr: Expr) -> Iterator[Name]:
     return (e for e in postorder(expr) if isinstance(e, Name))
 
 
-def parse_expression(text: str) -> Expr:
-    """Return the tree of an expression.
+def parse_expression(text: str, vectors: bool = False) -> Expr:
+    """Return the tree of an expression, with vectors only if they are allowed.
 
     Raises ExpressionError at the first mistake.
     """
-    return _guarded(text, lambda parser: parser.whole())
+    return _guarded(text, lambda parser: parser.whole(), vectors)
 
 
 def parse_definition(text: str, vectors: bool = False) -> tuple[Name, Expr]:

@@ -14,11 +14,14 @@ from cordicc.base.files import read_bytes
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import names, parse_expression
 from cordicc.frontend.assumptions import check_on_box, check_on_samples, read_assumptions
+from cordicc.frontend.checks import CheckReader, WrittenChecks, delivered_ranges, parse_checks
 from cordicc.frontend.document.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
 from cordicc.frontend.input_units import InputUnits, shown
 from cordicc.frontend.outputs import OutputReader
 from cordicc.frontend.plain.alternatives import ALL, with_alternatives
+from cordicc.frontend.plain.context import EquationContext
 from cordicc.frontend.plain.define import SPLIT, Defined, define_equations
+from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.read_items import parse_equations
 from cordicc.frontend.reading import (
     check_keys,
@@ -35,7 +38,10 @@ from cordicc.ir.facts import InputFacts
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 from cordicc.plan.plain_data import FORMAT
 
-KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
+KEYS = (
+    "name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches",
+    "checks",
+)  # fmt: skip
 MAX_DESCRIPTION = 10_000
 NO_STATE = (
     "; there is no state: one sample knows nothing of the one before, feed in as an input what is kept of it"
@@ -155,18 +161,20 @@ class _Loader:
         self.read_constants(parts.get("constants"), parts.get("inputs"))
         self.read_inputs(parts.get("inputs"), root)
         ranges = {spec.name: (float(spec.lo), float(spec.hi)) for spec in self.inputs}
-        defined = self.read_equations(parts.get("equations"), root, ranges)
+        defined, parsed, written = self.read_equations(parts, root, ranges)
         reader = OutputReader(self.scope, self.places, defined)
         outputs, values = reader.read(parts.get("outputs"))
         samples, facts = self.read_facts(parts, defined)
+        program = self.scope.builder.build(values)
+        delivered = delivered_ranges(outputs, program, ranges)
+        checks = CheckReader(self.scope, parsed, ranges, delivered).read(written)
         if self.report.failed:
             return None
-        self.warn_unused(defined, outputs)
-        program = self.scope.builder.build(values)
+        self.warn_unused(defined, outputs, checks.uses)
         self.units.finish(root, program, self.inputs, self.input_spans)
         return Problem(
             name, about.strip(), self.constants, tuple(self.inputs), tuple(defined.equations), outputs,
-            program, samples, facts,
+            program, samples, facts, checks.checks, checks.graph,
         )  # fmt: skip
 
     def read_name(self, node: YamlNode | None) -> str:
@@ -253,24 +261,28 @@ class _Loader:
         return InputSpec(name, lo, hi, unit, scale)
 
     def read_equations(
-        self, node: YamlNode | None, root: YamlNode, ranges: Mapping[str, tuple[float, float]]
-    ) -> Defined:
+        self, parts: Mapping[str, YamlNode], root: YamlNode, ranges: Mapping[str, tuple[float, float]]
+    ) -> tuple[Defined, list[ParsedEquation], WrittenChecks]:
+        """Return what the equations define, and them and the checks with a branch chosen for each."""
+        node = parts.get("equations")
         if node is None:
             self.report.error("E208", "'equations' is missing", root.span)
-            return Defined()
+            return Defined(), [], WrittenChecks()
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
         self.scope.unknown = "define it above, or list it under 'inputs' with its range, or under 'constants'"
         self.scope.no_state = NO_STATE
-        written = parse_equations(node, self.places, self.scope, self.all_branches)
-        parsed, variants = with_alternatives(written, self.report)
+        context = EquationContext(self.scope, self.places, all_branches=self.all_branches)
+        written = parse_equations(node, context)
+        checks = parse_checks(parts.get("checks"), context)
+        parsed, variants = with_alternatives([*written, *checks.equations], self.report)
         zeros = ZeroTest(self.scope.builder, all_ranges)
-        defined = define_equations(parsed, self.scope, zeros, variants)
+        defined = define_equations([e for e in parsed if not e.of_check], self.scope, zeros, variants)
         for name in dict.fromkeys(zeros.given_up.values()):
             message = f"a coefficient in '{name}' seems to be 0, but is too large for a proof: it is computed"
             hint = "simplify the equation by hand if the coefficient cancels"
             self.report.warning("W107", message, defined.spans.get(name), hint)
         self.scope.unknown, self.scope.no_state = None, ""
-        return defined
+        return defined, parsed, checks
 
     def read_branches(self, node: YamlNode | None) -> bool:
         """Return whether every solve is wanted with both branches."""
@@ -308,8 +320,8 @@ class _Loader:
             check_on_box(facts, spans, self.inputs, self.report)
         return samples, facts
 
-    def warn_unused(self, defined: Defined, outputs: tuple[OutputSpec, ...]) -> None:
-        todo = [spec.name for spec in outputs]
+    def warn_unused(self, defined: Defined, outputs: tuple[OutputSpec, ...], checked: frozenset[str]) -> None:
+        todo = [*(spec.name for spec in outputs), *sorted(checked)]
         needed = set(todo)
         while todo:
             fresh = defined.uses.get(todo.pop(), frozenset()) - needed

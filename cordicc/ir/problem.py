@@ -64,12 +64,28 @@ class SampleTable:
 
 
 @dataclass(frozen=True, slots=True)
+class Check:
+    """An expression that is 0 where the delivered outputs are perfect.
+
+    `max` is the largest magnitude allowed, if any; `unit` is documentation only.  One that nobody `asked`
+    for is the residual of a `solve`, left side minus right side.
+    """
+
+    name: str
+    text: str
+    unit: str | None = None
+    max: Fraction | None = None
+    asked: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """The equations of a file as data.
 
     `graph` holds every input, in order of declaration, and the outputs as they are delivered:
     an angle with `wrap` is wrapped there.  The `facts` have a graph of their own, so that passes over
-    `graph` need not renumber them.
+    `graph` need not renumber them.  `check_graph` has the checks as its outputs; its inputs are those of the
+    problem and the outputs, which stand for the words that were delivered.
     """
 
     name: str
@@ -81,6 +97,8 @@ class Problem:
     graph: Graph
     samples: SampleTable | None = None
     facts: InputFacts = field(default_factory=InputFacts)
+    checks: tuple[Check, ...] = ()
+    check_graph: Graph = field(default_factory=lambda: Graph((), {}))
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:

@@ -69,9 +69,22 @@ def check_programs(plan: Plan) -> None:
         verify(facts.graph)
         if not {node.name for node in facts.graph.nodes if node.op == "input"} <= inputs:
             raise ValueError("the facts are about other inputs")
+    if plan.problem.checks:
+        _verify_checks(plan)
     if plan.unit_program is not None:
         verify(plan.unit_program)
         _check_unit_program(plan, plan.unit_program)
+
+
+def _verify_checks(plan: Plan) -> None:
+    """Raise if the graph of the checks is not sound, or is not over the inputs and outputs of the plan."""
+    graph = plan.problem.check_program
+    verify(graph)
+    taken = {node.name for node in graph.nodes if node.op == "input"}
+    if not taken <= {*plan.problem.input_names, *plan.outputs}:
+        raise ValueError("the check program takes more than inputs and outputs")
+    if any(len(node.definition.results) > 1 for node in graph.nodes):
+        raise ValueError("the check program has operations of units")
 
 
 def _check_unit_program(plan: Plan, graph: Graph) -> None:
@@ -155,12 +168,29 @@ def check_problem(plan: Plan) -> None:
             raise ValueError(f"the errors of output '{name}' lack the largest or the rms error")
         if seen.histogram and seen.max is None:
             raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
+    _check_checks(plan)
     columns = problem.samples
     if columns is not None:
         if set(columns) != set(inputs):
             raise ValueError("the columns of the samples are not the inputs")
         if len({len(column) for column in columns.values()}) != 1:
             raise ValueError("the columns of the samples are of unequal lengths")
+
+
+def _check_checks(plan: Plan) -> None:
+    """Raise ValueError if the checks, their graph and their figures do not fit together."""
+    names = [check.name for check in plan.problem.checks]
+    _require_unique("check", names)
+    if set(names) != set(plan.problem.check_program.outputs):
+        raise ValueError("the checks of the check program differ")
+    if not set(plan.checks) <= set(names):
+        raise ValueError("the figures are of another check")
+    for name, figures in plan.checks.items():
+        seen = figures.observed
+        if not (seen.max is None) == (seen.rms is None) == (figures.worst_input is None):
+            raise ValueError(f"check '{name}' lacks the largest value, its sample or the rms")
+        if figures.worst_input is not None and set(figures.worst_input) != set(plan.problem.input_names):
+            raise ValueError(f"the worst sample of check '{name}' has other inputs")
 
 
 def _require_unique(what: str, names: Iterable[str]) -> None:

@@ -68,7 +68,7 @@ def replicated(plan: Plan, copies: int) -> Plan:
 
 
 def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
-    """Return the record of a problem with the inputs, outputs, program, samples and facts of all copies.
+    """Return the record of a problem with the inputs, outputs, programs, samples and facts of all copies.
 
     Its equations stay as they are written, once.
     """
@@ -80,6 +80,8 @@ def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
         program=copied(problem.program, copies),
         samples=None if problem.samples is None else _columns(problem.samples, copies),
         facts=_facts(problem.facts, copies),
+        checks=tuple(replace(c, name=name_of(c.name, copy)) for copy in every for c in problem.checks),
+        check_program=copied(problem.check_program, copies),
     )
 
 

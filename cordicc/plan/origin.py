@@ -53,12 +53,27 @@ class PlanOutput:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanCheck:
+    """A check as written, its unit, a label, and the largest magnitude that is allowed.
+
+    One that nobody `asked` for is the residual of a `solve`.
+    """
+
+    name: str
+    text: str
+    unit: str | None = None
+    max: float | None = None
+    asked: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class PlanProblem:
     """The problem as its plan records it.
 
     `program` is the graph of the equations as written, `samples` the columns of the problem's own samples
     by input, `warnings` what was told of the problem and of the plan, each with its code.  `assumptions` are
-    as written, `facts` the same so that samples can be tested for them, of every copy.
+    as written, `facts` the same so that samples can be tested for them, of every copy.  `check_program` is
+    the graph of the checks over the inputs and the delivered outputs.
     """
 
     name: str
@@ -72,6 +87,8 @@ class PlanProblem:
     samples: Mapping[str, tuple[float, ...]] | None = None
     warnings: tuple[str, ...] = ()
     facts: InputFacts = field(default_factory=InputFacts)
+    checks: tuple[PlanCheck, ...] = ()
+    check_program: Graph = field(default_factory=lambda: Graph((), {}))
 
     @classmethod
     def of(cls, problem: Problem, warnings: Sequence[Diagnostic]) -> PlanProblem:
@@ -91,6 +108,11 @@ class PlanProblem:
             samples=None if problem.samples is None else dict(problem.samples.columns),
             warnings=tuple(map(told, warnings)),
             facts=problem.facts,
+            checks=tuple(
+                PlanCheck(c.name, c.text, c.unit, None if c.max is None else float(c.max), c.asked)
+                for c in problem.checks
+            ),
+            check_program=problem.check_graph,
         )
 
     @property
@@ -102,6 +124,10 @@ class PlanProblem:
     def angles(self) -> dict[str, bool]:
         """Return, by output, whether it is an angle."""
         return {output.name: output.is_angle for output in self.outputs}
+
+    def check(self, name: str) -> PlanCheck:
+        """Return the check of that name; raises KeyError."""
+        return {check.name: check for check in self.checks}[name]
 
     @property
     def workspace(self) -> Workspace:

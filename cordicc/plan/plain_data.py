@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -11,6 +12,7 @@ from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
+    PlanCheck,
     PlanEquation,
     PlanInput,
     PlanOptions,
@@ -19,7 +21,14 @@ from cordicc.plan.origin import (
     PlanTarget,
     PlanUnitKind,
 )
-from cordicc.plan.stated_accuracy import AccuracyEnd, OutputAccuracy, Predicate, SeenErrors, StatedBound
+from cordicc.plan.stated_accuracy import (
+    AccuracyEnd,
+    CheckFigures,
+    OutputAccuracy,
+    Predicate,
+    SeenErrors,
+    StatedBound,
+)
 
 FORMAT = "cordicc-plan"
 VERSION = 1
@@ -59,6 +68,7 @@ def as_dict(plan: Plan) -> dict[str, Any]:
             "outputs": {name: point._asdict() for name, point in plan.formats.outputs.items()},
         },
         "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
+        "checks": {name: check_data(plan.problem.check(name), found) for name, found in plan.checks.items()},
     }
 
 
@@ -75,6 +85,8 @@ def _problem(plan: Plan) -> dict[str, Any]:
             for o in problem.outputs
         ],
         "assumptions": list(problem.assumptions),
+        "checks": [asdict(item) for item in problem.checks],
+        "check_program": print_graph(problem.check_program),
         "program": print_graph(problem.program),
         "samples": None,
         "warnings": list(problem.warnings),
@@ -121,6 +133,18 @@ def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
     if figures.ends:
         data["ends"] = [{**asdict(end), "at": dict(end.at)} for end in figures.ends]
     return data
+
+
+def check_data(check: PlanCheck, figures: CheckFigures) -> dict[str, Any]:
+    """Return what a check showed as plain data, in the form of the published schema."""
+    worst = figures.worst_input
+    return {
+        "observed": {"max": figures.observed.max, "rms": figures.observed.rms},
+        "max": check.max,
+        "unit": check.unit,
+        "undefined": figures.undefined,
+        "worst_input": None if worst is None else dict(worst),
+    }
 
 
 def bound_data(bound: StatedBound) -> dict[str, Any]:
@@ -189,11 +213,10 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
         ValueError: there is no such arithmetic.
     """
     problem = _read_problem(data["problem"], name)
-    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
-    order = [output.name for output in problem.outputs]
 
+    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
     def delivered(items: dict[str, Any]) -> dict[str, Any]:
-        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
+        return _ordered([output.name for output in problem.outputs], items)
 
     formats = data.get("formats", {"values": {}, "outputs": {}})
     selection = data.get("selection", {"searched": False, "proven": False})
@@ -224,9 +247,19 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
             selection["proven"],
             tuple(selection.get("facts", ())),
             tuple(selection.get("left_out", ())),
+            tuple(selection.get("turned_down", ())),
         ),
         unit_program=None if program is None else parse_graph(program, name),
+        checks={
+            name: _read_check(item)
+            for name, item in _ordered([c.name for c in problem.checks], data.get("checks", {})).items()
+        },
     )
+
+
+def _ordered(names: Sequence[str], items: dict[str, Any]) -> dict[str, Any]:
+    """Return items by name, those with one of `names` first and in their order."""
+    return {name: items[name] for name in dict.fromkeys([*names, *items]) if name in items}
 
 
 def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
@@ -249,6 +282,11 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
         warnings=tuple(data["warnings"]),
         facts=_read_facts(data, name),
+        checks=tuple(
+            PlanCheck(item["name"], item["text"], item["unit"], item["max"], item["asked"])
+            for item in data.get("checks", ())
+        ),
+        check_program=parse_graph(data.get("check_program", ""), name),
     )
 
 
@@ -304,6 +342,11 @@ def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
 
 def _read_end(data: dict[str, Any]) -> AccuracyEnd:
     return AccuracyEnd(**{field.name: data[field.name] for field in fields(AccuracyEnd)})
+
+
+def _read_check(data: dict[str, Any]) -> CheckFigures:
+    seen = data["observed"]
+    return CheckFigures(SeenErrors(seen["max"], seen["rms"]), int(data["undefined"]), data["worst_input"])
 
 
 def _read_bound(data: dict[str, Any]) -> StatedBound:

@@ -70,6 +70,18 @@ class AccuracyEnd:
 
 
 @dataclass(frozen=True, slots=True)
+class CheckFigures:
+    """What a check showed on the default samples: how far it is from 0, in its own unit.
+
+    `undefined` valid samples have no value in it; `worst_input` is the sample of the largest, by input.
+    """
+
+    observed: SeenErrors
+    undefined: int = 0
+    worst_input: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class OutputAccuracy:
     """The accuracy of an output; `bound_reason` says why there is no bound where one was asked for.
 

@@ -150,7 +150,7 @@ def _quotient(a: Any, b: Any) -> Any:
 def _function(name: str) -> Any:
     def apply(*operands: Any) -> Real:
         a = [_number(each) for each in operands]
-        outside = {
+        outside: Any = {
             "sqrt": lambda x: x < 0,
             "acos": lambda x: abs(x) > 1,
             "asin": lambda x: abs(x) > 1,
@@ -163,14 +163,14 @@ def _function(name: str) -> Any:
             raise NoValue
         if name in ("exp", "cosh", "sinh") and abs(a[0]) > 700:
             raise NoValue
-        made = {"abs": abs, "min": min, "max": max}.get(name) or getattr(Real.noise.library, name, None)
+        made: Any = {"abs": abs, "min": min, "max": max}.get(name) or getattr(Real.noise.library, name, None)
         made = made or getattr(mp, name)
         return Real(Real.noise.of(made(*a)))
 
     return apply
 
 
-FUNCTIONS = {name: _function(name) for name in {*_UNARY, *_BINARY}}
+FUNCTIONS: dict[str, Any] = {name: _function(name) for name in {*_UNARY, *_BINARY}}
 
 
 def _evaluated(text: str, names: Mapping[str, Any]) -> Real:
@@ -181,7 +181,8 @@ def _evaluated(text: str, names: Mapping[str, Any]) -> Real:
 def circular(A: Real, B: Real, C: Real, sign: int) -> Real:
     """Return atan2(A, B) +- acos(C/sqrt(A^2 + B^2))."""
     f = FUNCTIONS
-    return f["atan2"](A, B) + sign * f["acos"](C / f["hypot"](A, B))
+    angle: Real = f["atan2"](A, B) + sign * f["acos"](C / f["hypot"](A, B))
+    return angle
 
 
 def _pair(one: Sequence[Real], two: Sequence[Real]) -> Real:
@@ -189,7 +190,8 @@ def _pair(one: Sequence[Real], two: Sequence[Real]) -> Real:
     determinant = one[0] * two[1] - two[0] * one[1]
     cosine = (one[2] * two[1] - two[2] * one[1]) / determinant
     sine = (one[0] * two[2] - two[0] * one[2]) / determinant
-    return FUNCTIONS["atan2"](sine, cosine)
+    angle: Real = FUNCTIONS["atan2"](sine, cosine)
+    return angle
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,7 @@ def render(plan: Plan, explored: Explored | None = None) -> str:
             figures=report_tables.figures(plan),
             units=report_tables.units(plan),
             accuracy=report_tables.accuracy(plan),
+            checks=report_tables.checks(plan),
             most_share=labels.MOST,
             errors=[Markup(picture) for picture in error_chart.render(plan)],
             inputs=[(item.name, labels.shown_range(item)) for item in plan.problem.inputs],

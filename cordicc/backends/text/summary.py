@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.labels import MOST, duration, most_within, needs_effort, proof
-from cordicc.base.text_tables import Facts, Sheet, Table, percent
+from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
-from cordicc.plan.stated_accuracy import StatedBound
+from cordicc.plan.origin import PlanProblem
+from cordicc.plan.stated_accuracy import CheckFigures, StatedBound
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -48,7 +49,9 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
     end = (*_ends(plan), *(("", f"  {last}") if last else ()))
     title = f"{plan.name} on {plan.target.name}"
-    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
+    return Sheet(
+        title, (Facts(tuple(rows)), "", _accuracy(plan), *checks_table(plan.problem, plan.checks), *end)
+    )
 
 
 def _ends(plan: Plan) -> Iterator[str]:
@@ -87,7 +90,15 @@ def explanation_text(plan: Plan) -> str:
         source = f"from the equation of {operation.equation}" if operation.equation else "from no equation"
         lines.append(f"  {operation.id}  {operation.mode} on {operation.unit}, {source}")
         lines += [f"      {step}" for step in operation.derivation]
+    if plan.selection.turned_down:
+        lines += ["", f"  {turned_down(plan)}"]
     return "\n".join(lines) + "\n"
+
+
+def turned_down(plan: Plan) -> str:
+    """Say for which checks cheaper operations were turned down."""
+    names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
+    return f"cheaper operations were turned down: rounding would move {names} too far from 0"
 
 
 def figure(number: float | None, unit: str = "") -> str:
@@ -104,6 +115,21 @@ def _bound(bound: StatedBound | None, unit: str) -> str:
 
 
 ACCURACY_HEADER = ("output", "largest error", "rms error", "bound")
+
+
+def checks_table(problem: PlanProblem, found: Mapping[str, CheckFigures]) -> tuple[Block, ...]:
+    """Return an empty line and a table of how far checks are from 0; nothing where there are none."""
+    rows: list[tuple[str, ...]] = []
+    for name, figures in found.items():
+        check, seen = problem.check(name), figures.observed
+        unit = f" {check.unit}" if check.unit else ""
+        allowed = "-" if check.max is None else figure(check.max, unit)
+        missing = "none" if not figures.undefined else count(figures.undefined, "sample")
+        rows.append((name, figure(seen.max, unit), figure(seen.rms, unit), allowed, missing))
+    header: tuple[str, ...] = ("check", "largest", "rms", "max", "without a value")
+    if not any(figures.undefined for figures in found.values()):
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    return ("", Table(header, tuple(rows))) if rows else ()
 
 
 def _accuracy(plan: Plan) -> Table:
