@@ -6,6 +6,7 @@ result; only an angle's wrapping, 2 pi being irrational, is off by 2^-6 ulp befo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -79,11 +80,13 @@ class FixedSystem:
     def constant_text(self, number: Fraction) -> str:
         """Return the shortest decimal text that reads as the nearest word."""
         wanted = self._nearest(number)
-        value = float(number)
-        for digits in range(1, _MOST_DIGITS + 1):
-            text = f"{value:.{digits}g}"
-            if self._nearest(parse_decimal(text)) == wanted:
-                return text
+        word, format_ = wanted
+        # Where the nearest double lies half way between two words, no digits of it tell which is meant.
+        for value in (float(number), math.ldexp(word, -format_.fraction_bits)):
+            for digits in range(1, _MOST_DIGITS + 1):
+                text = f"{value:.{digits}g}"
+                if self._nearest(parse_decimal(text)) == wanted:
+                    return text
         raise AssertionError("17 digits tell every double, and so every word")
 
     def constant(self, text: str) -> Signal:
