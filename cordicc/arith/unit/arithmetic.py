@@ -18,6 +18,7 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
+from cordicc.arith.unit.slack import Slack
 from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
@@ -92,9 +93,13 @@ class Arithmetic:
 
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
-    "vector": lambda cau, params, *values: cau.vector(_system(params), _unit_sign(params), *values),
-    "lightcone": lambda cau, params, *values: cau.lightcone(*values),
-    "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
+    "vector": lambda cau, params, *values: cau.vector(
+        _system(params), _unit_sign(params), *values, Slack.of(params)
+    ),
+    "lightcone": lambda cau, params, *values: cau.lightcone(*values, Slack.of(params)),
+    "implicit": lambda cau, params, *values: cau.implicit(
+        _system(params), _branch(params), *values, Slack.of(params)
+    ),
 }
 
 

@@ -183,14 +183,14 @@ def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], 
     """Let the results themselves have the error bound that is usual over the samples, everywhere."""
     for k in {classes.exact(v) for v in outputs} & set(least):
         if not np.isnan(least[k]).all():
-            least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
+            least[k] = np.fmax(least[k], np.nanmedian(least[k]) * (_USUAL / worse))
 
 
 def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:
     for result, classes in enumerate(option.results):
         error = store.error(option.value(result))
         for k in classes:
-            if k in least and not bool(np.all(error <= worse * least[k])):
+            if k in least and not bool(np.all(error / worse <= least[k])):
                 return False
     return True
 
