@@ -20,7 +20,7 @@ from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, phase_constant
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
-from cordicc.arith.unit.slack import EXACT, Slack
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.base.arrays import Floats
 
 _BRANCHES = {"+": 1, "-": -1, "none": 0}

@@ -30,6 +30,7 @@ from cordicc.arith.compiled.step_loops import (
     zeroed,
 )
 from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_difference
+from cordicc.arith.kernels.micro_rotations import NEVER
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS
 from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
@@ -145,7 +146,7 @@ def implicit_circular(
             row = min(max(exponents[i] - first, 0), slacks.size - 1)
             # With a or b alone |c| is compared with it, and the kernel with the end elsewhere.
             alone = (As[i] == 0) | (Bs[i] == 0)
-            height[i], wide[i] = (-1 if alone else all_heights[row]), all_widths[row]
+            height[i], wide[i] = (NEVER if alone else all_heights[row]), all_widths[row]
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
             at_end[i] = alone & (abs(excess[i]) <= slacks[row])
@@ -249,7 +250,7 @@ def implicit_hyperbolic(
             rows[i] = min(max(span + excess - 1 - first_exponent, 0), last)
             # 1: two solutions; 2: the norm is b, and c was compared with it.
             kind = (2 if a == 0 else 1) if both else 0
-            height[i], wide[i] = (all_heights[rows[i]] if kind == 1 else -1), all_widths[rows[i]]
+            height[i], wide[i] = (all_heights[rows[i]] if kind == 1 else NEVER), all_widths[rows[i]]
             rows[i] = -1 if kind == 2 else rows[i]
             doubled[i], signs[i] = doublings, -1 if mirrored else 1
             solvable[i] = possible and (c != 0 or q[0] != 0)

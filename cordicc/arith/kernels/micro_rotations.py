@@ -22,10 +22,14 @@ from cordicc.base.arrays import Integers
 Work = tuple[Integers, Integers, Integers]
 
 
+NEVER = -SHARES
+"""Below 0 before every step."""
+
+
 class NearEnd(NamedTuple):
     """Where x and |y - target| are at most this, an implicit kernel turns to the end, see `end_of_reach`.
 
-    Integers, or arrays of one for each sample, of the whole gain; a height below 0 keeps a sample from it.
+    Integers, or arrays of one for each sample, of the whole gain; the height `NEVER` keeps a sample from it.
     """
 
     height: Integers | int

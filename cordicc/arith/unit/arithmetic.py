@@ -18,7 +18,7 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
-from cordicc.arith.unit.slack import Slack
+from cordicc.arith.numbers.slack import Slack
 from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")

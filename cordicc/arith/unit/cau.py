@@ -36,7 +36,7 @@ from cordicc.arith.kernels.reduction import (
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
 from cordicc.arith.unit import implicit as implicit_unit
 from cordicc.arith.unit.reach import reach_table
-from cordicc.arith.unit.slack import EXACT, Slack, SlackPlaces, slack_places
+from cordicc.arith.numbers.slack import EXACT, Slack, SlackPlaces, slack_places
 from cordicc.base.arrays import Bools, Floats, Int64s
 
 EXPONENT_BITS = 10

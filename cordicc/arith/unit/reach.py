@@ -12,7 +12,7 @@ import numpy as np
 from cordicc.arith.kernels.end_of_reach import end_of_reach
 from cordicc.arith.kernels.gaps import largest_gap
 from cordicc.arith.kernels.shift_sequences import Sequence
-from cordicc.arith.unit.slack import Slack, SlackPlaces, slack_places
+from cordicc.arith.numbers.slack import Slack, SlackPlaces, slack_places
 from cordicc.base.arrays import Int64s
 
 

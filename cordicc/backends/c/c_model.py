@@ -182,13 +182,17 @@ class _ModelTexts:
     def _unit_operation(
         self, operation: Operation, terms: list[COperand], valid: str, used: set[str]
     ) -> Iterator[str]:
-        section, more = units.function(operation.op, operation.params)
-        function = f"{operation.kind}_{section}"
+        number = self.plan.operations.index(operation)
+        cau = self.arithmetic.caus[operation.kind]
+        call = units.call(operation.op, operation.params, cau, f"slack_{number}")
+        function = f"{operation.kind}_{call.section}"
         self.unit_needs |= {function: None, "nothing": None}
-        if section == "rotate_circular":
+        if call.section == "rotate_circular":
             self.words.phases.append(self.words.exponents(terms[2].format))
-        both = f"unit_{self.plan.operations.index(operation)}"
-        arguments = ", ".join([*(self.words.unpack(term) for term in terms), *more])
+        if call.table:
+            yield f"    {call.table}"
+        both = f"unit_{number}"
+        arguments = ", ".join([*(self.words.unpack(term) for term in terms), *call.arguments])
         yield f"    const pair {both} = {valid} ? {function}({arguments}) : nothing;"
         for at, name in enumerate(operation.results):
             if name is not None and name in used:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.kernels.micro_rotations import limbs
+from cordicc.arith.kernels.micro_rotations import NEVER, limbs
 from cordicc.arith.kernels.reduction import PHASE_EXPONENTS, SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
+from cordicc.arith.numbers.slack import Slack
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
+from cordicc.backends.c.c_sections import int64
 from cordicc.targets.target import SYSTEMS
 
 
@@ -85,12 +87,9 @@ class Steps:
 def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
     """Return what the template of a unit's functions needs."""
     tables = {name: standard_table(cau, m) for m, name in SYSTEMS.items()}
-    tolerance = {}
     if cau.rule is not None:
         for m in (1, -1):
-            implicit = implicit_table(cau, m)
-            tables[f"implicit_{SYSTEMS[m]}"] = implicit.steps
-            tolerance[f"implicit_{SYSTEMS[m]}"] = implicit.tolerance
+            tables[f"implicit_{SYSTEMS[m]}"] = implicit_table(cau, m).steps
     quarter = pi_fixed(TAU_BITS + 1)
     return {
         "u": prefix,
@@ -99,7 +98,7 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "A": cau.angle_bits,
         "OB": cau.operand_bits,
         "steps": {name: Steps(table) for name, table in tables.items()},
-        "tolerance": tolerance,
+        "never": NEVER,
         "pi": pi_fixed(cau.angle_bits),
         "inverse_ln2": inverse_ln2_fixed(30),
         "quarter": product(quarter, TAU_BITS + 3, cau.angle_bits),
@@ -117,12 +116,39 @@ def phase_table(exponents: Sequence[range]) -> dict[str, Any]:
     return {"first": first, "turns": list(zip(heads[at].tolist(), tails[at].tolist(), strict=True))}
 
 
-def function(op: str, params: Mapping[str, Any]) -> tuple[str, list[str]]:
-    """Return the section of a unit operation and the arguments that follow its operands."""
-    system = SYSTEMS.get(params.get("m", 1), "")
-    if op == "vector":
-        return f"vector_{system}", [str(params["sign"])]
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A unit operation in C: its section, the arguments after its operands, and a table that it takes."""
+
+    section: str
+    arguments: tuple[str, ...] = ()
+    table: str = ""
+
+
+def call(op: str, params: Mapping[str, Any], cau: Cau, table: str) -> Call:
+    """Return how an operation is called; what it holds of its slack goes into a table of that name."""
+    m = params.get("m", 1)
+    slack = Slack.of(params)
     if op == "implicit":
+        reach = implicit_table(cau, m, slack).reach
+        places, columns = reach.places, (reach.height, reach.width, reach.short, reach.beyond)
+        rows = zip(places.places.tolist(), *(column.tolist() for column in columns), strict=True)
         branch = {"+": 1, "-": -1, "none": 0}[params["branch"]]
-        return f"solve_{system}", [str(branch if params["m"] == -1 else int(branch > 0))]
-    return (op if op == "lightcone" else f"{op}_{system}"), []
+        side = branch if m == -1 else int(branch > 0)
+        return Call(
+            f"solve_{SYSTEMS[m]}",
+            (str(side), table, str(places.first), str(len(places.places) - 1)),
+            f"static const reach {table}[] = {{{', '.join(f'{{{_listed(row)}}}' for row in rows)}}};",
+        )
+    if op == "lightcone" or (op == "vector" and m == -1):
+        places = cau.root_slack(slack)
+        arguments = (table, str(places.first), str(len(places.places) - 1), str(int(slack.relative)))
+        text = f"static const int64_t {table}[] = {{{_listed(places.places.tolist())}}};"
+        if op == "lightcone":
+            return Call(op, arguments, text)
+        return Call("vector_hyperbolic", (str(params["sign"]), *arguments), text)
+    return Call(f"{op}_{SYSTEMS[m]}", (str(params["sign"]),) if op == "vector" else ())
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(int64(number) for number in numbers)
