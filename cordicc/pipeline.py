@@ -187,6 +187,7 @@ def _plans(
                 partial(load_target, options.target),
                 _recorded(request.path, options),
                 _bounds_of,
+                _with_slacks,
             )
             plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
         except (TooInaccurate, OutOfLimits) as error:
@@ -199,6 +200,13 @@ def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
     from cordicc.certify.plans import bounds_of
 
     return bounds_of(plan, allowed)
+
+
+def _with_slacks(plan: Plan) -> Plan:
+    """Return a plan whose operations tell how far rounding may carry a sample across their border."""
+    from cordicc.certify.slacks import with_slacks
+
+    return with_slacks(plan)
 
 
 def _check_size(loaded: LoadedProblem) -> None:

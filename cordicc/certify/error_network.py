@@ -12,6 +12,7 @@ import numpy as np
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
+from cordicc.arith.numbers.slack import Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
@@ -41,6 +42,7 @@ class Step:
     exact: the first result needs no rounding, if it is of integers or an operand passed on.
     spacing: the last place of the first operand.
     sizes: the largest magnitudes of results with `turns`, which may be enclosed a turn off; 0 for others.
+    slack: what counts as on the border of the domain.
     """
 
     id: str
@@ -56,6 +58,12 @@ class Step:
     exact: bool
     spacing: float
     sizes: tuple[float, ...]
+    slack: Slack
+
+
+def known_norm(step: Step) -> bool:
+    """Tell whether A or B of an implicit operation is the constant 0, so that the other one is its norm."""
+    return any(isinstance(o, Constant) and o.interval.magnitude == 0 for o in step.operands[:2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +145,7 @@ def network(plan: Plan) -> ErrorNetwork:
                 _exact(arithmetic, formats, operation),
                 _spacing(formats, operation),
                 tuple(_sizes(enclosures[index], turns)),
+                operation.slack,
             )
         )
     outputs = {

@@ -108,6 +108,7 @@ def _evaluate(
             operands,
             formats.of_results(operation),
             operation.angle,
+            operation.slack,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

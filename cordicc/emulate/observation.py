@@ -126,6 +126,7 @@ def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float
             operands,
             formats.of_results(operation),
             operation.angle,
+            operation.slack,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
 
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
@@ -75,6 +76,7 @@ class Operation:
     results: tuple[str | None, ...]
     equation: str
     derivation: tuple[str, ...] = ()
+    slack: Slack = EXACT
 
     @property
     def m(self) -> int | None:

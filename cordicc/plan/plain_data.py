@@ -6,6 +6,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
@@ -141,14 +142,18 @@ def _operand(operand: Operand) -> dict[str, str]:
 
 
 def _operation(operation: Operation) -> dict[str, Any]:
-    return {
+    data = {
         **{field.name: getattr(operation, field.name) for field in fields(operation)},
         "params": dict(operation.params),
         "ports": list(operation.ports),
         "operands": [_operand(o) for o in operation.operands],
         "results": list(operation.results),
         "derivation": list(operation.derivation),
+        "slack": asdict(operation.slack),
     }
+    if operation.slack == EXACT:
+        del data["slack"]
+    return data
 
 
 def _fifo(fifo: Fifo) -> dict[str, Any]:
@@ -316,4 +321,11 @@ def _read_operation(data: dict[str, Any]) -> Operation:
         results=tuple(data["results"]),
         equation=data["equation"],
         derivation=tuple(data.get("derivation", ())),
+        slack=_read_slack(data.get("slack")),
     )
+
+
+def _read_slack(data: dict[str, Any] | None) -> Slack:
+    if data is None:
+        return EXACT
+    return Slack(float(data["beyond"]), float(data["within"]), bool(data["relative"]))

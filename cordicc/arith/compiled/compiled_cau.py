@@ -80,8 +80,8 @@ class CompiledCau(Cau):
 
     def _margin(self, slack: Slack) -> tuple[Any, ...]:
         """Return the slack in the form of `implicit_loops.Margin`."""
-        found = self.root_slack(slack)
-        return found.first, found.places, int(slack.relative)
+        rows, places = self.root_slack(slack)
+        return rows.first, places, int(slack.relative)
 
     def implicit(
         self, m: int, branch: str, A: Floats, B: Floats, C: Floats, slack: Slack = EXACT
@@ -94,9 +94,8 @@ class CompiledCau(Cau):
         table = implicit_table(self, m, slack)
         function = implicit_loops.implicit_circular if m == 1 else implicit_loops.implicit_hyperbolic
         rule = (int(not table.quarter_turns), pi_fixed(self.angle_bits), _BRANCHES[branch])
-        reach = table.reach
-        columns = (reach.places.places, reach.height, reach.width, reach.short, reach.beyond)
-        return self._run(function, (A, B, C), _steps(table.steps), rule, (reach.places.first, *columns))
+        reach = (table.reach.rows.first, *table.reach.columns)
+        return self._run(function, (A, B, C), _steps(table.steps), rule, reach)
 
     def _run(
         self, function: Callable[..., None], operands: tuple[Floats, ...], *constants: Any

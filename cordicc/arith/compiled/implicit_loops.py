@@ -39,11 +39,11 @@ from cordicc.base.arrays import Floats, Int64s
 Rule = tuple[int, int, int]
 """1 if root-free, half a turn, and the branch: 1 for "+", -1 for "-", 0 for none."""
 
-Reach = tuple[int, Int64s, Int64s, Int64s, Int64s, Int64s]
-"""The first exponent of `ReachTable`, and its columns."""
+Reach = tuple[int, Int64s, Int64s, Int64s, Int64s, Int64s, Int64s]
+"""The first exponent of a `ReachTable`, and its columns."""
 
 Margin = tuple[int, Int64s, int]
-"""The first exponent of `SlackPlaces`, its places, and 1 if relative."""
+"""The first exponent of a root's slack, its places, and 1 if relative."""
 
 _MIDDLE = (5 << (LOG_BITS - 3)) + (1 << (LOG_BITS - 1))
 
@@ -121,7 +121,7 @@ def implicit_circular(
     """Solve B cos t + A sin t = C."""
     width, fraction_bits, angle_bits = widths
     root_free, half_turn, branch = rule
-    first, slacks, all_heights, all_widths, shorts, _ = reach
+    first, slacks, withins, all_heights, all_widths, shorts, _ = reach
     quarter, turns = (half_turn + 1) >> 1, root_free - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -149,7 +149,7 @@ def implicit_circular(
             height[i], wide[i] = (NEVER if alone else all_heights[row]), all_widths[row]
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
-            at_end[i] = alone & (abs(excess[i]) <= slacks[row])
+            at_end[i] = alone & (excess[i] <= slacks[row]) & (-excess[i] <= withins[row])
         for i in range(z.size):
             side = z[i]
             a, b = (x[i] ^ side) - side, (y[i] ^ side) - side
@@ -205,7 +205,7 @@ def implicit_hyperbolic(
     """Solve B cosh t + A sinh t = C."""
     width, bits, angle_bits = widths
     root_free, _, branch = rule
-    first_exponent, slacks, all_heights, all_widths, shorts, beyonds = reach
+    first_exponent, slacks, withins, all_heights, all_widths, shorts, beyonds = reach
     last = slacks.size - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -230,8 +230,8 @@ def implicit_hyperbolic(
             both = p[0] > 0 and q[0] > 0
             if branch == 0 and both:
                 possible = False
-            at_end[i] = both and a == 0 and abs(short) <= slacks[row]
-            possible = possible and (not both or a != 0 or short <= 0 or at_end[i] != 0)
+            at_end[i] = both and a == 0 and short <= slacks[row] and -short <= withins[row]
+            possible = possible and (not both or a != 0 or short <= slacks[row])
             if mirrored:
                 p, q = q, p
             log_p, log_q = _log2(p[0], p[1]), _log2(q[0], q[1])

@@ -36,7 +36,7 @@ _CONDITIONS: dict[object, Callable[[NDArray[Any], float], NDArray[Any]]] = {
 }
 
 
-def kept(condition: object, s: NDArray[Any], slack: float) -> Bools:
+def kept(condition: object, s: NDArray[Any], slack: float = 0) -> Bools:
     """Return where a guard's condition holds, or may hold but for rounding: a slack, in the unit of s.
 
     Raises ValueError for an unknown condition.

@@ -7,41 +7,34 @@ alone puts beyond a border is on it.  An operation on exact operands has none.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
-from typing import Any
 
 import numpy as np
 
-from cordicc.arith.numbers.decimals import parse_decimal
 from cordicc.base.arrays import Int64s
 
-ABSOLUTE, RELATIVE = "slack", "relative_slack"
-"""The parameters of an operation that hold it, decimal texts."""
-
-SIZES = (Fraction(1, 1 << 600), Fraction(1 << 600))
-"""Beyond what a slack may be: every size between is a double."""
+SIZES = (2.0**-140, 2.0**140)
+"""What a slack may be: a smaller one is nothing to any number format."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slack:
-    """A size, in the operands' unit or `relative` to the power of two above the largest operand."""
+    """How far beyond the border, and within the end of reach, a sample counts as on it.
 
-    size: Fraction = Fraction(0)
+    Sizes in the operands' unit, or `relative` to the power of two above the largest operand.
+    """
+
+    beyond: float = 0.0
+    within: float = 0.0
     relative: bool = False
 
-    @classmethod
-    def of(cls, params: Mapping[str, Any]) -> Slack:
-        """Return the slack among the parameters of an operation.  Raises ValueError or OverflowError."""
-        for name, relative in ((ABSOLUTE, False), (RELATIVE, True)):
-            if name in params:
-                size = parse_decimal(params[name])
-                if not SIZES[0] <= size <= SIZES[1]:
-                    raise ValueError(f"{name} = {params[name]} is no slack")
-                return cls(size, relative)
-        return EXACT
+    def __post_init__(self) -> None:
+        for size in (self.beyond, self.within):
+            if size and not SIZES[0] <= size <= SIZES[1]:
+                raise ValueError(f"{size} is no slack")
+        if self.within > self.beyond:
+            raise ValueError(f"within reach {self.within} counts as the end, more than {self.beyond} beyond it")
 
 
 EXACT = Slack()
@@ -49,29 +42,24 @@ EXACT = Slack()
 
 
 @dataclass(frozen=True, slots=True)
-class SlackPlaces:
-    """The slack in places by their exponent: `places[0]` up to the exponent `first`, and so on; 0 at last."""
+class Rows:
+    """The rows of a table of places by their exponent, `first` and what is below in the first one."""
 
     first: int
-    places: Int64s
+    count: int
 
-    def rows(self, exponent: Int64s) -> Int64s:
-        """Return the index into `places` for places of 2^exponent."""
-        if len(self.places) == 1:
-            return np.zeros_like(exponent)
-        return np.clip(exponent - self.first, 0, len(self.places) - 1)
+    def of(self, exponent: Int64s) -> Int64s:
+        """Return the row for places of 2^exponent."""
+        return np.clip(exponent - self.first, 0, self.count - 1)
 
-    def at(self, exponent: Int64s) -> Int64s:
-        """Return the whole places of 2^exponent within the slack."""
-        return self.places[self.rows(exponent)]
+    def places(self, size: Fraction, limit_bits: int) -> Int64s:
+        """Return a size in whole places of each row, not above, and at most 2^`limit_bits`."""
+        exponents = range(self.first, self.first + self.count)
+        found = [min(1 << limit_bits, math.floor(size / Fraction(2) ** exponent)) for exponent in exponents]
+        return np.array(found, dtype=np.int64)
 
 
-@cache
-def slack_places(size: Fraction, limit_bits: int) -> SlackPlaces:
-    """Return a size in whole places, not above, and at most 2^`limit_bits`."""
-    if not size:
-        return SlackPlaces(0, np.zeros(1, dtype=np.int64))
-    last = math.frexp(float(size))[1]  # no whole place there, and 2^limit_bits of them at the first
-    exponents = range(last - limit_bits - 1, last + 1)
-    found = [min(1 << limit_bits, int(size / Fraction(2) ** exponent)) for exponent in exponents]
-    return SlackPlaces(exponents.start, np.array(found, dtype=np.int64))
+def rows_for(size: float, limit_bits: int) -> Rows:
+    """Return rows from where a size is 2^`limit_bits` places to where it is none; one row for 0."""
+    last = math.frexp(size)[1]
+    return Rows(last - limit_bits - 1, limit_bits + 2) if size else Rows(0, 1)

@@ -8,7 +8,9 @@ it has no value, and infinite where its exponent is too large; an invalid operan
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -36,7 +38,7 @@ from cordicc.arith.kernels.reduction import (
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
 from cordicc.arith.unit import implicit as implicit_unit
 from cordicc.arith.unit.reach import reach_table
-from cordicc.arith.numbers.slack import EXACT, Slack, SlackPlaces, slack_places
+from cordicc.arith.numbers.slack import EXACT, Rows, Slack, rows_for
 from cordicc.base.arrays import Bools, Floats, Int64s
 
 EXPONENT_BITS = 10
@@ -205,10 +207,11 @@ class Cau:
         total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
         return norm, np.where(defined, total, np.nan)
 
-    def root_slack(self, slack: Slack) -> SlackPlaces:
+    def root_slack(self, slack: Slack) -> tuple[Rows, Int64s]:
         """Return the slack in places of u or v, by their exponent less that of the operand it is relative to."""
-        size = slack.size * 2**self.operand_bits if slack.relative else slack.size
-        return slack_places(size, self.fraction_bits + 1)
+        size = math.ldexp(slack.beyond, self.operand_bits) if slack.relative else slack.beyond
+        rows = rows_for(size, self.fraction_bits + 1)
+        return rows, rows.places(Fraction(size), self.fraction_bits + 1)
 
     def _measure_lightcone(
         self, u: Scaled, v: Scaled, slack: Slack, unit: Int64s | np.int64
@@ -230,10 +233,10 @@ class Cau:
         x, _, angle = micro_rotations.vector((a + b + 1) >> 1, (a - b + 1) >> 1, np.zeros_like(a), table)
         zero = (u.mantissa == 0) | (v.mantissa == 0)
         apart = ~zero & ((u.mantissa < 0) != (v.mantissa < 0))
-        if slack.size:
-            within = self.root_slack(slack)
-            rounded = size_u.mantissa <= within.at(size_u.exponent - unit)
-            rounded |= size_v.mantissa <= within.at(size_v.exponent - unit)
+        if slack.beyond:
+            rows, places = self.root_slack(slack)
+            rounded = size_u.mantissa <= places[rows.of(size_u.exponent - unit)]
+            rounded |= size_v.mantissa <= places[rows.of(size_v.exponent - unit)]
             zero |= apart & rounded
             apart &= ~rounded
         x *= ~zero

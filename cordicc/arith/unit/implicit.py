@@ -19,7 +19,7 @@ from cordicc.arith.kernels.blocks import ZERO_EXPONENT, Scaled, joined, normalis
 from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd, quarter_turn, sign
 from cordicc.arith.kernels.reduction import compensated, ln2_multiple, sum_and_difference
 from cordicc.arith.kernels.shift_sequences import StepTable, pi_fixed
-from cordicc.arith.unit.reach import ReachTable
+from cordicc.arith.unit.reach import Near, ReachTable
 from cordicc.base.arrays import Bools, Floats, Int64s, Integers
 
 Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable, NearEnd], tuple[Integers, ...]]
@@ -74,7 +74,7 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     # With A or B alone the norm is known: the end is where |C| is equal to it, and its angle too.
     alone = (A == 0) | (B == 0)
     excess = np.abs(target) - np.abs(x) - np.abs(y)
-    at_end = alone & (np.abs(excess) <= near.slack)
+    at_end = alone & (excess <= near.slack) & (-excess <= near.within)
     across = sign(target) * np.where(A == 0, np.where((y < 0) == (target < 0), 0, half_turn), quarter)
     end = np.where(at_end, z + across, 0)
     if table.quarter_turns:
@@ -127,22 +127,21 @@ def hyperbolic(branch: str, operands: list[Floats], table: ImplicitTable) -> tup
     x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps, turning)
     z += ln2_multiple(doublings, table.angle_bits)
     z *= np.where(mirrored, -1, 1)
-    excess, at_end = _short_of_vertex(b, c, table)
     alone = both & (A == 0)
-    at_end &= alone
+    short, known = _short_of_vertex(b, c, table)
+    at_end = alone & (short <= known.slack) & (-short <= known.within)
     z, x = np.where(at_end, 0, z), np.where(at_end, 0, x)
     # Without a solution y stays above the target; below it is where the kernel turned to the end.
     reached = (y - target <= near.short) & (target - y <= near.beyond)
-    possible &= np.where(alone, (excess <= 0) | at_end, reached)
+    possible &= np.where(alone, short <= known.slack, reached)
     possible &= (c.mantissa != 0) | (q.mantissa != 0)
     return _results(possible, z, Scaled(x, exponent - 1), table)
 
 
-def _short_of_vertex(b: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64s, Bools]:
-    """Return by how much |C| falls short of |B|, the least of |B cosh t|, and where they count as equal."""
+def _short_of_vertex(b: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64s, Near]:
+    """Return by how much |C| falls short of |B|, the least of |B cosh t|, and what counts as equal."""
     (b_size, c_size), exponent = joined((b, c), table.operand_bits, table.fraction_bits)
-    excess = np.abs(b_size) - np.abs(c_size)
-    return excess, np.abs(excess) <= table.reach.at(exponent).slack
+    return np.abs(b_size) - np.abs(c_size), table.reach.at(exponent)
 
 
 def _results(solved: Bools, angle: Int64s, rest: Scaled, table: ImplicitTable) -> tuple[Floats, Floats]:

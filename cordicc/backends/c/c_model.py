@@ -174,7 +174,8 @@ class _ModelTexts:
         (name,) = operation.results
         assert name is not None
         result = self.terms[name]
-        value = self.words.calculate(operation.op, operation.params, terms, result.format)
+        params = {**operation.params, "slack": operation.slack.beyond}
+        value = self.words.calculate(operation.op, params, terms, result.format)
         if valid != "1":
             value = f"{valid} ? ({value}) : {self.words.invalid(result.format)}"
         return f"    const {self.words.ctype} {result.text} = {value};"
@@ -182,17 +183,19 @@ class _ModelTexts:
     def _unit_operation(
         self, operation: Operation, terms: list[COperand], valid: str, used: set[str]
     ) -> Iterator[str]:
+        section, more = units.function(operation.op, operation.params)
+        function = f"{operation.kind}_{section}"
+        self.unit_needs |= {function: None, "nothing": None}
+        if section == "rotate_circular":
+            self.words.phases.append(self.words.exponents(terms[2].format))
         number = self.plan.operations.index(operation)
         cau = self.arithmetic.caus[operation.kind]
-        call = units.call(operation.op, operation.params, cau, f"slack_{number}")
-        function = f"{operation.kind}_{call.section}"
-        self.unit_needs |= {function: None, "nothing": None}
-        if call.section == "rotate_circular":
-            self.words.phases.append(self.words.exponents(terms[2].format))
-        if call.table:
-            yield f"    {call.table}"
+        table = units.slack_table(operation.op, operation.params, operation.slack, cau, f"slack_{number}")
+        if table is not None:
+            yield f"    {table.declaration}"
+            more = [*more, *table.arguments]
         both = f"unit_{number}"
-        arguments = ", ".join([*(self.words.unpack(term) for term in terms), *call.arguments])
+        arguments = ", ".join([*(self.words.unpack(term) for term in terms), *more])
         yield f"    const pair {both} = {valid} ? {function}({arguments}) : nothing;"
         for at, name in enumerate(operation.results):
             if name is not None and name in used:

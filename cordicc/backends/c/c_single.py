@@ -15,7 +15,6 @@ from typing import Any
 
 from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL, SingleSystem
 from cordicc.arith.numbers.formats import PI_SLACK, SINGLE, SINGLE_PI, NumberFormat
-from cordicc.arith.numbers.slack import Slack
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*"}
@@ -63,8 +62,8 @@ class CSinglePrecision:
         if op == "select":
             return f"{a} >= 0 ? {texts[1]} : {texts[2]}"
         if op == "guard":
-            test, slack = KEPT[params["condition"]], Slack.of(params).size
-            least = (-float(slack)).hex() if slack else "0"
+            test, slack = KEPT[params["condition"]], params.get("slack", 0.0)
+            least = (-slack).hex() if slack else "0"
             return f"{texts[1]} {test} {least} ? {a} : NAN" if test else a
         if op == "shift":
             return f"{self._use('single_scaled', 'times_power')}({a}, {params['exponent']})"

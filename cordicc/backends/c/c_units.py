@@ -116,38 +116,39 @@ def phase_table(exponents: Sequence[range]) -> dict[str, Any]:
     return {"first": first, "turns": list(zip(heads[at].tolist(), tails[at].tolist(), strict=True))}
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
-    """A unit operation in C: its section, the arguments after its operands, and a table that it takes."""
-
-    section: str
-    arguments: tuple[str, ...] = ()
-    table: str = ""
-
-
-def call(op: str, params: Mapping[str, Any], cau: Cau, table: str) -> Call:
-    """Return how an operation is called; what it holds of its slack goes into a table of that name."""
-    m = params.get("m", 1)
-    slack = Slack.of(params)
+def function(op: str, params: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """Return the section of a unit operation and the arguments that follow its operands."""
+    system = SYSTEMS.get(params.get("m", 1), "")
+    if op == "vector":
+        return f"vector_{system}", [str(params["sign"])]
     if op == "implicit":
-        reach = implicit_table(cau, m, slack).reach
-        places, columns = reach.places, (reach.height, reach.width, reach.short, reach.beyond)
-        rows = zip(places.places.tolist(), *(column.tolist() for column in columns), strict=True)
         branch = {"+": 1, "-": -1, "none": 0}[params["branch"]]
-        side = branch if m == -1 else int(branch > 0)
-        return Call(
-            f"solve_{SYSTEMS[m]}",
-            (str(side), table, str(places.first), str(len(places.places) - 1)),
-            f"static const reach {table}[] = {{{', '.join(f'{{{_listed(row)}}}' for row in rows)}}};",
-        )
-    if op == "lightcone" or (op == "vector" and m == -1):
-        places = cau.root_slack(slack)
-        arguments = (table, str(places.first), str(len(places.places) - 1), str(int(slack.relative)))
-        text = f"static const int64_t {table}[] = {{{_listed(places.places.tolist())}}};"
-        if op == "lightcone":
-            return Call(op, arguments, text)
-        return Call("vector_hyperbolic", (str(params["sign"]), *arguments), text)
-    return Call(f"{op}_{SYSTEMS[m]}", (str(params["sign"]),) if op == "vector" else ())
+        return f"solve_{system}", [str(branch if params["m"] == -1 else int(branch > 0))]
+    return (op if op == "lightcone" else f"{op}_{system}"), []
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table that a call takes, as a declaration, and the arguments that hand it over."""
+
+    declaration: str
+    arguments: tuple[str, ...]
+
+
+def slack_table(op: str, params: Mapping[str, Any], slack: Slack, cau: Cau, name: str) -> Table | None:
+    """Return what an operation holds of its slack, None if its domain has no border."""
+    if op == "implicit":
+        reach = implicit_table(cau, params["m"], slack).reach
+        columns = (column.tolist() for column in reach.columns)
+        rows = ", ".join(f"{{{_listed(row)}}}" for row in zip(*columns, strict=True))
+        declaration = f"static const reach {name}[] = {{{rows}}};"
+        return Table(declaration, (name, str(reach.rows.first), str(reach.rows.count - 1)))
+    if op == "lightcone" or (op == "vector" and params["m"] == -1):
+        exponents, places = cau.root_slack(slack)
+        declaration = f"static const int64_t {name}[] = {{{_listed(places.tolist())}}};"
+        ends = (str(exponents.first), str(exponents.count - 1), str(int(slack.relative)))
+        return Table(declaration, (name, *ends))
+    return None
 
 
 def _listed(numbers: Iterable[int]) -> str:
