@@ -12,7 +12,7 @@ import numpy as np
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.arith.numbers.slack import Slack
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
@@ -58,7 +58,7 @@ class Step:
     exact: bool
     spacing: float
     sizes: tuple[float, ...]
-    slack: Slack
+    slack: Slack = EXACT
 
 
 def known_norm(step: Step) -> bool:

@@ -103,12 +103,11 @@ def _evaluate(
         operands = [fetch(operand) for operand in operation.operands]
         results = arithmetic.execute(
             operation.op,
-            operation.params,
+            operation.settings,
             operation.kind,
             operands,
             formats.of_results(operation),
             operation.angle,
-            operation.slack,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

@@ -121,12 +121,11 @@ def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float
         ]
         results = arithmetic.execute(
             operation.op,
-            operation.params,
+            operation.settings,
             operation.kind,
             operands,
             formats.of_results(operation),
             operation.angle,
-            operation.slack,
         )
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:

@@ -6,9 +6,10 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
+from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
-from cordicc.arith.numbers.slack import EXACT, Slack
+from cordicc.arith.numbers.slack import EXACT, SLACK, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
@@ -84,6 +85,11 @@ class Operation:
         m = self.params.get("m")
         assert m is None or isinstance(m, int)
         return m
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Return what the unit is told: the parameters, and as `slack` the slack if there is one."""
+        return self.params if self.slack == EXACT else {**self.params, SLACK: self.slack}
 
     @property
     def angle(self) -> int | None:

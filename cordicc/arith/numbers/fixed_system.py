@@ -28,6 +28,7 @@ from cordicc.arith.numbers.fixed_point import (
 )
 from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.base.arrays import Integers, Words
 
 _MOST_DIGITS = 17
@@ -133,7 +134,7 @@ class FixedSystem:
         mantissas, fraction = _aligned(numbers)
         valid = np.logical_and.reduce(np.broadcast_arrays(*(number.valid for number in numbers)))
         if op == "guard":
-            slack = math.floor(Fraction(params.get("slack", 0)) * Fraction(2) ** fraction)
+            slack = math.floor(Fraction(slack_of(params).beyond) * Fraction(2) ** fraction)
             valid = valid & kept(params["condition"], mantissas[1], min(slack, 1 << SHIFT_LIMIT))
         return ScaledIntegers(EXACT[op](*mantissas), fraction, valid)
 

@@ -7,8 +7,10 @@ alone puts beyond a border is on it.  An operation on exact operands has none.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +41,16 @@ class Slack:
 
 EXACT = Slack()
 """Of operands that rounding has not moved."""
+
+SLACK = "slack"
+"""What it is called among the settings of an operation."""
+
+
+def slack_of(settings: Mapping[str, Any]) -> Slack:
+    """Return the slack among the settings of an operation."""
+    slack = settings.get(SLACK, EXACT)
+    assert isinstance(slack, Slack)
+    return slack
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
-from cordicc.arith.numbers.slack import EXACT, Slack
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
@@ -59,18 +59,17 @@ class Arithmetic:
         operands: Sequence[Signal],
         formats: Sequence[NumberFormat | None],
         angle: int | None,
-        slack: Slack = EXACT,
     ) -> tuple[Signal | None, ...]:
         """Execute an operation on words.
 
         Args:
             op: an arithmetic or unit operation.
-            params: its parameters; a factor is the text of a constant.
+            params: its parameters; a factor is the text of a constant.  A `slack` besides tells what counts
+                as on the border of the domain.
             kind: the kind of the executing unit, which picks the CAU.
             operands: arrays of words, shape (n,) or broadcastable to it.
             formats: of each result, None for one that nobody takes.
             angle: the number of the result that is an angle in radians, which no word takes beyond pi.
-            slack: how far rounding may have moved the operands across the border of the domain.
 
         Returns:
             Each result, None where nobody takes it.  Any invalid operand makes every result invalid.
@@ -82,7 +81,7 @@ class Arithmetic:
             if kind not in self.caus:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
-            results = _UNIT_OPERATIONS[op](self.caus[kind], params, slack, *values)
+            results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
                 for at, (v, f) in enumerate(zip(results, formats, strict=True))
@@ -90,19 +89,17 @@ class Arithmetic:
         (result,) = formats
         if result is None:
             return (None,)
-        if op == "guard":
-            params = {**params, "slack": slack.beyond}
         return (Signal(self.system.calculate(op, params, operands, result), result),)
 
 
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
-    "rotate": lambda cau, params, slack, *values: cau.rotate(_system(params), *values),
-    "vector": lambda cau, params, slack, *values: cau.vector(
-        _system(params), _unit_sign(params), *values, slack
+    "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
+    "vector": lambda cau, params, *values: cau.vector(
+        _system(params), _unit_sign(params), *values, slack_of(params)
     ),
-    "lightcone": lambda cau, params, slack, *values: cau.lightcone(*values, slack),
-    "implicit": lambda cau, params, slack, *values: cau.implicit(
-        _system(params), _branch(params), *values, slack
+    "lightcone": lambda cau, params, *values: cau.lightcone(*values, slack_of(params)),
+    "implicit": lambda cau, params, *values: cau.implicit(
+        _system(params), _branch(params), *values, slack_of(params)
     ),
 }
 

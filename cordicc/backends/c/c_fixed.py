@@ -13,6 +13,7 @@ from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.fixed_point import SHIFT_LIMIT, WIDTHS, FixedPoint
 from cordicc.arith.numbers.fixed_system import WRAP_GUARD_BITS, FixedSystem, wraps_in_int64
 from cordicc.arith.numbers.formats import NumberFormat
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 from cordicc.backends.c.c_sections import int64
 
@@ -71,7 +72,7 @@ class CFixedPoint:
             return self._rounded(chosen, _bits(a), to)
         if op == "guard":
             test = KEPT[params["condition"]]
-            slack = math.floor(Fraction(params.get("slack", 0)) * Fraction(2) ** _bits(second))
+            slack = math.floor(Fraction(slack_of(params).beyond) * Fraction(2) ** _bits(second))
             least = -min(slack, _fixed(second.format).largest_word)
             kept = f"{second.text} {test} {least} ? {self._word(a, to)} : {self.invalid(to)}"
             return kept if test else self._word(a, to)

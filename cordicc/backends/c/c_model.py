@@ -174,8 +174,7 @@ class _ModelTexts:
         (name,) = operation.results
         assert name is not None
         result = self.terms[name]
-        params = {**operation.params, "slack": operation.slack.beyond}
-        value = self.words.calculate(operation.op, params, terms, result.format)
+        value = self.words.calculate(operation.op, operation.settings, terms, result.format)
         if valid != "1":
             value = f"{valid} ? ({value}) : {self.words.invalid(result.format)}"
         return f"    const {self.words.ctype} {result.text} = {value};"

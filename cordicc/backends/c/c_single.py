@@ -15,6 +15,7 @@ from typing import Any
 
 from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL, SingleSystem
 from cordicc.arith.numbers.formats import PI_SLACK, SINGLE, SINGLE_PI, NumberFormat
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*"}
@@ -62,7 +63,7 @@ class CSinglePrecision:
         if op == "select":
             return f"{a} >= 0 ? {texts[1]} : {texts[2]}"
         if op == "guard":
-            test, slack = KEPT[params["condition"]], params.get("slack", 0.0)
+            test, slack = KEPT[params["condition"]], slack_of(params).beyond
             least = (-slack).hex() if slack else "0"
             return f"{texts[1]} {test} {least} ? {a} : NAN" if test else a
         if op == "shift":

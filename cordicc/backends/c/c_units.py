@@ -128,26 +128,26 @@ def function(op: str, params: Mapping[str, Any]) -> tuple[str, list[str]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class SlackTable:
     """A table that a call takes, as a declaration, and the arguments that hand it over."""
 
     declaration: str
     arguments: tuple[str, ...]
 
 
-def slack_table(op: str, params: Mapping[str, Any], slack: Slack, cau: Cau, name: str) -> Table | None:
+def slack_table(op: str, params: Mapping[str, Any], slack: Slack, cau: Cau, name: str) -> SlackTable | None:
     """Return what an operation holds of its slack, None if its domain has no border."""
     if op == "implicit":
         reach = implicit_table(cau, params["m"], slack).reach
         columns = (column.tolist() for column in reach.columns)
         rows = ", ".join(f"{{{_listed(row)}}}" for row in zip(*columns, strict=True))
         declaration = f"static const reach {name}[] = {{{rows}}};"
-        return Table(declaration, (name, str(reach.rows.first), str(reach.rows.count - 1)))
+        return SlackTable(declaration, (name, str(reach.rows.first), str(reach.rows.count - 1)))
     if op == "lightcone" or (op == "vector" and params["m"] == -1):
         exponents, places = cau.root_slack(slack)
         declaration = f"static const int64_t {name}[] = {{{_listed(places.tolist())}}};"
         ends = (str(exponents.first), str(exponents.count - 1), str(int(slack.relative)))
-        return Table(declaration, (name, *ends))
+        return SlackTable(declaration, (name, *ends))
     return None
 
 
