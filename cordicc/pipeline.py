@@ -187,7 +187,7 @@ def _plans(
                 partial(load_target, options.target),
                 _recorded(request.path, options),
                 _bounds_of,
-                _with_slacks,
+                _with_borders,
             )
             plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
         except (TooInaccurate, OutOfLimits) as error:
@@ -202,11 +202,11 @@ def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
     return bounds_of(plan, allowed)
 
 
-def _with_slacks(plan: Plan) -> Plan:
+def _with_borders(plan: Plan) -> Plan:
     """Return a plan whose operations tell how far rounding may carry a sample across their border."""
-    from cordicc.certify.slacks import with_slacks
+    from cordicc.certify.borders import with_borders
 
-    return with_slacks(plan)
+    return with_borders(plan)
 
 
 def _check_size(loaded: LoadedProblem) -> None:

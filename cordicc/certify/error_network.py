@@ -228,8 +228,12 @@ def rounding(format_: NumberFormat, magnitude: Floats, beside_pi: Any = False) -
     return magnitude * np.where(beside_pi, 2.0**-22, 2.0**-24) + 2.0**-149
 
 
+_PASSED_ON = ("neg", "abs", "sign", "min", "max", "flip", "select", "guard")
+"""Operations that make no other number than an operand, its negative, or its sign."""
+
+
 def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -> bool:
-    """Tell whether the first result of an operation of integers needs no rounding to its format."""
+    """Tell whether the first result of an operation needs no rounding to its format."""
     result = formats.values[operation.results[0]] if operation.results[0] is not None else None
 
     def fraction(operand: Operand) -> int:
@@ -241,7 +245,9 @@ def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -
         assert isinstance(format_, FixedPoint)
         return format_.fraction_bits
 
-    if not isinstance(result, FixedPoint) or operation.op == "wrap":
+    if not isinstance(result, FixedPoint):
+        return operation.op in _PASSED_ON  # to the one format that there is
+    if operation.op == "wrap":
         return False
     first, *others = (fraction(operand) for operand in operation.operands)
     match operation.op:

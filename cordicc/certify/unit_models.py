@@ -12,7 +12,8 @@ Own error of an implicit angle. The unit proves that its angle leaves a residual
 branch. With D its distance from t, the residual is at least |w| D - R D^2/2 (m = -1: |w| sinh D - |C|
 (cosh D - 1), and cosh D - 1 <= 0.55 D^2 for D <= 1), so D <= (p/|w|) 2/(1 + sqrt(1 - 2 R p/w^2)), if
 w^2 >= 4 R p, which also keeps the other branch out of reach: there the rest is -|w| to within |w|/2, and the
-unit's is no less than -p. It is none where the unit may deliver the end of reach, with a rest of 0, instead.
+unit's is no less than -p. Beside the end of reach it is another one, of the angle of the end itself,
+see `_beside_end`.
 """
 
 from __future__ import annotations
@@ -201,9 +202,43 @@ def implicit(step: Step, w: Sequence[Boxes], square: Boxes | None) -> Local:
     off = residual * inverse.hi * 2 / (1 + np.sqrt(np.where(far, 1 - share, 1.0)))
     own_angle = np.where(far, up(off), math.inf)
     if m == 1:
+        # Beside the end of reach, where the derivatives grow without bound, the angle is all but that of the end.
+        off, by_end = _beside_end(w, bound, reach, np.maximum(residual, depth), place)
+        own_angle = np.where(far, own_angle, off)
+        by_angle = tuple(a.where(far, b) for a, b in zip(by_angle, by_end, strict=True))
         own_angle = np.where(cut, own_angle + TAU_UP, own_angle)
     own_rest = np.asarray(bound.rest(size, C.magnitude, rest.lo, place, depth))
     return Local((angle, rest), (by_angle, by_rest), (own_angle, up(own_rest)))
+
+
+def _beside_end(
+    w: Sequence[Boxes], bound: ImplicitUnitBound, reach: Boxes, residual: Floats, place: Floats
+) -> tuple[Floats, tuple[Boxes, ...]]:
+    """Return what an angle is off as that of the end of reach, and the derivatives of that angle.
+
+    t is psi = atan2(A, B) or psi + pi, and acos(|C|/R) more or less, exact or computed. The computed one leaves a
+    residual, or is that of the end where |C| is no farther from it, and may be past the end by a last angle
+    and the error of x.
+    """
+    A, B, C = w
+    certain = (C.lo > 0) | (C.hi < 0)
+    inverse = (A.square() + B.square()).reciprocal()
+    least = np.where(reach.lo > 0, reach.lo, 1.0)
+    past = bound.residual.relative + bound.end.along * place / least * (math.pi / 2)
+    share = np.maximum(C.mignitude - residual, 0.0) / np.maximum(reach.hi, least)
+    off = up(arc_cosine(Boxes(share, share)).hi + past)
+    zero = point(0.0, len(A.lo))
+    return np.where(certain & (reach.lo > 0), off, math.inf), (B * inverse, -(A * inverse), zero)
+
+
+def end_residual(step: Step, w: Sequence[Boxes], size: float) -> tuple[Floats, Floats]:
+    """Return the residual of an implicit angle, and how near the end of reach the unit delivers the end.
+
+    Both in the unit of the operands, whose norm is at most `size`.
+    """
+    assert step.cau is not None
+    bound, place = _implicit(step.cau, step.params["m"]), _place(step.cau, *w)
+    return bound.residual.error(np.full_like(place, size), place), _depth(step, bound, place)
 
 
 def _depth(step: Step, bound: ImplicitUnitBound, place: Floats) -> Floats:

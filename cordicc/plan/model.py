@@ -54,6 +54,18 @@ class Operand:
 
 
 @dataclass(frozen=True, slots=True)
+class EndError:
+    """What is proven of an implicit angle near the end of reach, |C| = R, its rounding to a word apart.
+
+    It is off by at most `residual`, in the unit of A, B and C, over the second result sqrt(R^2 - C^2) as long
+    as that is small beside it, and by `angle_rad` at the end itself, None if that has no bound.
+    """
+
+    residual: float
+    angle_rad: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Operation:
     """One operation in its time slot.
 
@@ -78,6 +90,7 @@ class Operation:
     equation: str
     derivation: tuple[str, ...] = ()
     slack: Slack = EXACT
+    end_error: EndError | None = None
 
     @property
     def m(self) -> int | None:

@@ -9,7 +9,7 @@ from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
+from cordicc.plan.model import ControlWord, EndError, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
     PlanEquation,
     PlanInput,
@@ -150,10 +150,10 @@ def _operation(operation: Operation) -> dict[str, Any]:
         "results": list(operation.results),
         "derivation": list(operation.derivation),
         "slack": asdict(operation.slack),
+        "end_error": None if operation.end_error is None else asdict(operation.end_error),
     }
-    if operation.slack == EXACT:
-        del data["slack"]
-    return data
+    without = {"slack": operation.slack == EXACT, "end_error": operation.end_error is None}
+    return {name: item for name, item in data.items() if not without.get(name)}
 
 
 def _fifo(fifo: Fifo) -> dict[str, Any]:
@@ -307,6 +307,7 @@ def _read_operand(data: dict[str, str]) -> Operand:
 
 
 def _read_operation(data: dict[str, Any]) -> Operation:
+    end = data.get("end_error")
     return Operation(
         id=data["id"],
         op=data["op"],
@@ -322,6 +323,7 @@ def _read_operation(data: dict[str, Any]) -> Operation:
         equation=data["equation"],
         derivation=tuple(data.get("derivation", ())),
         slack=_read_slack(data.get("slack")),
+        end_error=None if end is None else EndError(end["residual"], end["angle_rad"]),
     )
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, proof
-from cordicc.base.text_tables import Facts, Sheet, Table, percent
+from cordicc.backends.labels import MOST, duration, end_of_reach, most_within, proof
+from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
@@ -45,7 +45,16 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
     end = ("", f"  {last}") if last else ()
     title = f"{plan.name} on {plan.target.name}"
-    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
+    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *_ends_of_reach(plan), *end))
+
+
+def _ends_of_reach(plan: Plan) -> tuple[Block, ...]:
+    """Return what angles are off near the end of reach, where samples may come near it."""
+    told = [(o, end_of_reach(o)) for o in plan.operations if o.end_error is not None]
+    if not told:
+        return ()
+    rows = tuple((operation.equation or operation.id, text) for operation, text in told)
+    return ("", "  near the end of reach, |C| = R, the angle of the equation of", Facts(rows, indent=4))
 
 
 def _chosen(plan: Plan) -> str:

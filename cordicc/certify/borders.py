@@ -30,7 +30,8 @@ from cordicc.certify.error_network import Constant, ErrorNetwork, Step, known_no
 from cordicc.certify.sweep import Forward, forward
 from cordicc.ir.ops import has_border
 from cordicc.ir.sampling import draw_with_corners
-from cordicc.plan.model import Plan
+from cordicc.certify.unit_models import end_residual
+from cordicc.plan.model import EndError, Plan
 
 _SAMPLES = 2_000
 _NEAREST = 20
@@ -41,12 +42,15 @@ _MOST = 0.9
 
 _ENOUGH = 2.0
 
-_PASSED_ON = ("neg", "abs", "min", "max", "flip", "select", "guard", "sign")
-"""Operations that make no other number than an operand, its negative, or its sign."""
+_MONOTONE = ("neg", "abs", "min", "max", "guard")
+"""Operations that keep words on the right side of one another."""
 
 
-def with_slacks(plan: Plan) -> Plan:
-    """Return a plan that holds its unit program, with the slack of each operation that has one."""
+def with_borders(plan: Plan) -> Plan:
+    """Return a plan that holds its unit program, with what its operations have at the border of their domain.
+
+    That is the slack of each that has one, and the error of an angle at the end of reach.
+    """
     if not any(has_border(operation.op, operation.params) for operation in plan.operations):
         return plan
     net = network(plan)
@@ -60,37 +64,46 @@ def with_slacks(plan: Plan) -> Plan:
     # Words of fixed point err by as much whatever their size.
     fixed_point = any(isinstance(format_, FixedPoint) for format_ in net.formats.values.values())
     operations = []
-    for operation, step in zip(plan.operations, net.steps, strict=True):
-        assert operation.id == step.id
-        if has_border(step.op, step.params) and not _monotone(step, rounded):
-            valid = ~alone.empty(net.before(step))
-            scaled = step.op in ("implicit", "vector") and not fixed_point
-            slack = _slack(_distance(step, alone), valid, _distance(step, whole), scaled=scaled)
-            operation = replace(operation, slack=replace(slack, within=_within(step, slack)))
-        operations.append(operation)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # of unbounded intervals
+        for operation, step in zip(plan.operations, net.steps, strict=True):
+            assert operation.id == step.id
+            if has_border(step.op, step.params):
+                valid = ~alone.empty(net.before(step))
+                border = _Border(step, _distance(step, alone, valid), _distance(step, whole, np.array([True])))
+                slack = EXACT if _monotone(step, rounded) else border.slack(scaled=not fixed_point)
+                operation = replace(operation, slack=slack)
+                if step.op == "implicit":
+                    boxes = [whole.operand(operand)[0] for operand in step.operands]
+                    operation = replace(operation, end_error=border.end_error(slack, boxes))
+            operations.append(operation)
     return replace(plan, operations=tuple(operations))
 
 
 @dataclass(frozen=True, slots=True)
 class _Distance:
-    """By box: how far errors of the operands carry a sample, how near it is to the border, its size."""
+    """By box: how far errors of the operands carry a sample, how near it is to the border, its size.
+
+    `valid` tells where the equations may have a value; `least` is the smallest size of what reaches the end.
+    """
 
     moved: Floats
     margin: Floats
     size: Floats
+    valid: Bools
+    least: Floats
 
 
-def _distance(step: Step, made: Forward) -> _Distance:
+def _distance(step: Step, made: Forward, valid: Bools) -> _Distance:
     """Measure an operation's operands against its border; unbounded where that has no bound."""
     boxes, moved = zip(*(made.operand(operand) for operand in step.operands), strict=True)
     if step.op == "guard":
-        return _Distance(moved[1], boxes[1].lo, boxes[1].magnitude)
+        return _Distance(moved[1], boxes[1].lo, boxes[1].magnitude, valid, boxes[1].lo)
     if step.op == "lightcone":
         low = np.minimum(boxes[0].mignitude, boxes[1].mignitude)
-        return _Distance(np.maximum(*moved), low, np.maximum(boxes[0].magnitude, boxes[1].magnitude))
+        return _Distance(np.maximum(*moved), low, np.maximum(boxes[0].magnitude, boxes[1].magnitude), valid, low)
     if step.op == "vector":
         x, y = boxes[0].absolute(), boxes[1].absolute()
-        return _Distance(moved[0] + moved[1], x.lo - y.hi, x.magnitude)
+        return _Distance(moved[0] + moved[1], x.lo - y.hi, x.magnitude, valid, x.lo)
     A, B, C = boxes
     if step.params["m"] == 1:
         norm = (A.square() + B.square()).sqrt()
@@ -99,45 +112,75 @@ def _distance(step: Step, made: Forward) -> _Distance:
     else:
         norm = (B.square() - A.square()).sqrt()  # 0 where there is one solution, and no border
         steep = norm.reciprocal().magnitude
-        shift = times(A.magnitude * moved[0] + B.magnitude * moved[1], steep)
+        shift = times(times(A.magnitude, moved[0]) + times(B.magnitude, moved[1]), steep)
         shift = np.where(norm.hi > 0, shift, 0.0)
         margin = np.where(norm.hi > 0, C.mignitude - norm.hi, np.inf)
-    return _Distance(moved[2] + shift, margin, np.maximum(norm.hi, C.magnitude))
+    return _Distance(moved[2] + shift, margin, np.maximum(norm.hi, C.magnitude), valid, norm.lo)
 
 
-def _slack(alone: _Distance, valid: Bools, whole: _Distance, *, scaled: bool) -> Slack:
-    """Return what counts as on the border, none if none is needed or none is known.
+@dataclass(frozen=True, slots=True)
+class _Border:
+    """An operation and the distances from its border: of samples, and of the whole ranges."""
 
-    Args:
-        alone: of samples alone.
-        valid: which of them the equations may have a value for.
-        whole: of the ranges.
-        scaled: whether it may be relative.
-    """
-    if whole.margin[0] > whole.moved[0]:
-        return EXACT
-    usable = valid & np.isfinite(alone.moved) & (alone.moved > 0) & (alone.size > 0)
-    if not usable.any():
-        return _rounded_up(float(whole.moved[0]), float(whole.moved[0]))
-    moved, size, margin = (column[usable] for column in (alone.moved, alone.size, alone.margin))
-    near = _next_to(margin, moved)
-    large, usual = np.quantile(moved[near], (_MOST, 0.5)) * _ENOUGH
-    large_share, usual_share = np.quantile(moved[near] / size[near], (_MOST, 0.5)) * _ENOUGH
-    # Which of the two differs less from sample to sample fits all of them better.
-    if scaled and large_share * usual < large * usual_share and large_share < 1:
-        return _rounded_up(large_share, usual_share, relative=True)
-    most = min(float(whole.moved[0]), large)
-    return _rounded_up(most, min(most, usual))
+    step: Step
+    alone: _Distance
+    whole: _Distance
 
+    @property
+    def reached(self) -> bool:
+        """Tell whether samples may be at the border."""
+        return not self.whole.margin[0] > self.whole.moved[0]
 
-def _within(step: Step, slack: Slack) -> float:
-    """Return what counts as the end of reach before it: nothing for a root, which is no less right beside 0.
+    def slack(self, *, scaled: bool) -> Slack:
+        """Return what counts as on the border, none if none is needed or none is known.
 
-    A known norm is compared with |C|; else the kernel takes for the end what is some times farther.
-    """
-    if step.op != "implicit":
-        return 0.0
-    return min(slack.beyond, 2 * slack.within) if known_norm(step) else slack.within
+        `scaled` tells whether it may be relative.
+        """
+        if not self.reached:
+            return EXACT
+        moved, size = self.near()
+        if not moved.size:
+            return _rounded_up(float(self.whole.moved[0]), self._within(float(self.whole.moved[0])))
+        large, usual = np.quantile(moved, (_MOST, 0.5)) * _ENOUGH
+        if scaled and self.step.op in ("implicit", "vector"):
+            large_share, usual_share = np.quantile(moved / size, (_MOST, 0.5)) * _ENOUGH
+            # Which of the two differs less from sample to sample fits all of them better.
+            if large_share / usual_share < large / usual and large_share < 1:
+                return _rounded_up(large_share, self._within(usual_share), relative=True)
+        return _rounded_up(min(float(self.whole.moved[0]), large), self._within(usual))
+
+    def near(self) -> tuple[Floats, Floats]:
+        """Return how far samples next to the border are carried, and their sizes."""
+        usable = self.alone.valid & np.isfinite(self.alone.moved) & (self.alone.moved > 0) & (self.alone.size > 0)
+        moved, size = self.alone.moved[usable], self.alone.size[usable]
+        if not moved.size:
+            return moved, size
+        near = _next_to(self.alone.margin[usable], moved)
+        return moved[near], size[near]
+
+    def _within(self, usual: float) -> float:
+        """Return what counts as the end of reach before it: nothing for a root, which is no less right there.
+
+        A known norm is compared with |C|; else the kernel takes for the end what is some times farther.
+        """
+        if self.step.op != "implicit":
+            return 0.0
+        return 2 * usual if known_norm(self.step) else usual
+
+    def end_error(self, slack: Slack, operands: Sequence[Boxes]) -> EndError | None:
+        """Return what an angle is off at the end of reach, None if it is not reached or there is no bound.
+
+        The residual, errors of the operands included, bounds the change of C that the angle stands for. At the
+        end a change of C by d turns it by up to sqrt(2 d/R).
+        """
+        carried = float(self.whole.moved[0])
+        if not self.reached or not math.isfinite(carried) or self.step.results[0] is None:
+            return None
+        size = float(self.whole.size[0])
+        residual, depth = (float(each[0]) for each in end_residual(replace(self.step, slack=slack), operands, size))
+        total, least = carried + residual, float(self.whole.least[0])
+        turned = math.sqrt(2 * (total + depth) / least) if least > 0 else math.inf
+        return EndError(_short_above(total), _short_above(turned) if turned < math.pi else None)
 
 
 def _next_to(margin: Floats, moved: Floats) -> Bools:
@@ -151,7 +194,7 @@ def _rounded_up(beyond: float, within: float, *, relative: bool = False) -> Slac
     """Return a slack of sizes with three digits, none if it is nothing or without bound."""
     if not SIZES[0] < beyond < SIZES[1]:
         return EXACT
-    return Slack(_short_above(beyond), _short_above(max(within, SIZES[0])), relative)
+    return Slack(_short_above(beyond), _short_above(min(within, beyond)) if within else 0.0, relative)
 
 
 def _short_above(number: float) -> float:
@@ -160,10 +203,10 @@ def _short_above(number: float) -> float:
 
 
 def _rounded_only(net: ErrorNetwork) -> Mapping[str, NumberFormat]:
-    """Return the format of each value that is an input or a constant of one format, but for signs and choices."""
+    """Return the format of each value that is an input or constants of one format, signs and extremes apart."""
     found: dict[str, NumberFormat] = {name: net.formats.values[name] for name in net.inputs}
     for step in net.steps:
-        if step.op in _PASSED_ON and step.results[0] is not None:
+        if step.op in _MONOTONE and step.results[0] is not None:
             format_ = _common_format(step.operands, found)
             if format_ is not None and (step.formats[0] == format_ or step.exact):
                 found[step.results[0]] = format_
