@@ -208,6 +208,7 @@ def _plans(
                 partial(load_target, options.target),
                 _recorded(request.path, options),
                 _bounds_of,
+                _with_borders,
             )
             plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
         except (TooInaccurate, OutOfLimits) as error:
@@ -220,6 +221,13 @@ def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
     from cordicc.certify.plans import bounds_of
 
     return bounds_of(plan, allowed)
+
+
+def _with_borders(plan: Plan) -> Plan:
+    """Return a plan whose operations tell how far rounding may carry a sample across their border."""
+    from cordicc.certify.borders import with_borders
+
+    return with_borders(plan)
 
 
 def _check_size(loaded: LoadedProblem) -> None:

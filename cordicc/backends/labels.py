@@ -117,6 +117,16 @@ def function(operation: Operation) -> str:
     return f"{words}: {condition if condition is not None else extra}"
 
 
+def end_of_reach(operation: Operation) -> str:
+    """Say what an implicit angle is off near |C| = R; empty where that is not reached or not known."""
+    error = operation.end_error
+    if error is None:
+        return ""
+    root = "sqrt(R^2 - C^2)" if operation.m == 1 else "sqrt(A^2 - B^2 + C^2)"
+    most = "" if error.angle_rad is None else f", at most {error.angle_rad:.3g} rad"
+    return f"off by up to {error.residual:.3g}/{root} rad{most}"
+
+
 def cycles(operation: Operation) -> str:
     """Write start and finish."""
     if operation.start == operation.finish:

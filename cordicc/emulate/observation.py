@@ -145,7 +145,7 @@ def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float
         ]
         results = arithmetic.execute(
             operation.op,
-            operation.params,
+            operation.settings,
             operation.kind,
             operands,
             formats.of_results(operation),

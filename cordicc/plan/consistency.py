@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, NumberSystem
+from cordicc.arith.numbers.slack import EXACT
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
+from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level, has_border
 from cordicc.ir.well_formed import verify
 from cordicc.plan.model import Operation, Plan
 
@@ -51,6 +52,14 @@ def _check(operation: Operation) -> None:
     for name, param in operation.params.items():
         if not _ALLOWED[name](param):
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+    slack = operation.slack
+    allowed = slack == EXACT or has_border(operation.op, operation.params)
+    if slack.within and operation.op != "implicit":
+        allowed = False
+    if slack.relative and operation.op not in ("implicit", "vector"):
+        allowed = False
+    if not allowed:
+        raise ValueError(f"{operation.id}: '{operation.op}' has no such slack")
 
 
 def check_programs(plan: Plan) -> None:

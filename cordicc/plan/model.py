@@ -6,8 +6,10 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
+from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.numbers.slack import EXACT, SLACK, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
@@ -52,6 +54,18 @@ class Operand:
 
 
 @dataclass(frozen=True, slots=True)
+class EndError:
+    """What is proven of an implicit angle near the end of reach, |C| = R, its rounding to a word apart.
+
+    It is off by at most `residual`, in the unit of A, B and C, over the second result sqrt(R^2 - C^2) as long
+    as that is small beside it, and by `angle_rad` at the end itself, None if that has no bound.
+    """
+
+    residual: float
+    angle_rad: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Operation:
     """One operation in its time slot.
 
@@ -75,6 +89,8 @@ class Operation:
     results: tuple[str | None, ...]
     equation: str
     derivation: tuple[str, ...] = ()
+    slack: Slack = EXACT
+    end_error: EndError | None = None
 
     @property
     def m(self) -> int | None:
@@ -82,6 +98,11 @@ class Operation:
         m = self.params.get("m")
         assert m is None or isinstance(m, int)
         return m
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Return what the unit is told: the parameters, and as `slack` the slack if there is one."""
+        return self.params if self.slack == EXACT else {**self.params, SLACK: self.slack}
 
     @property
     def angle(self) -> int | None:

@@ -7,10 +7,11 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph, print_graph
-from cordicc.plan.model import ControlWord, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
+from cordicc.plan.model import ControlWord, EndError, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
     PlanCheck,
     PlanEquation,
@@ -180,14 +181,18 @@ def _operand(operand: Operand) -> dict[str, str]:
 
 
 def _operation(operation: Operation) -> dict[str, Any]:
-    return {
+    data = {
         **{field.name: getattr(operation, field.name) for field in fields(operation)},
         "params": dict(operation.params),
         "ports": list(operation.ports),
         "operands": [_operand(o) for o in operation.operands],
         "results": list(operation.results),
         "derivation": list(operation.derivation),
+        "slack": asdict(operation.slack),
+        "end_error": None if operation.end_error is None else asdict(operation.end_error),
     }
+    without = {"slack": operation.slack == EXACT, "end_error": operation.end_error is None}
+    return {name: item for name, item in data.items() if not without.get(name)}
 
 
 def _fifo(fifo: Fifo) -> dict[str, Any]:
@@ -378,6 +383,7 @@ def _read_operand(data: dict[str, str]) -> Operand:
 
 
 def _read_operation(data: dict[str, Any]) -> Operation:
+    end = data.get("end_error")
     return Operation(
         id=data["id"],
         op=data["op"],
@@ -392,4 +398,12 @@ def _read_operation(data: dict[str, Any]) -> Operation:
         results=tuple(data["results"]),
         equation=data["equation"],
         derivation=tuple(data.get("derivation", ())),
+        slack=_read_slack(data.get("slack")),
+        end_error=None if end is None else EndError(end["residual"], end["angle_rad"]),
     )
+
+
+def _read_slack(data: dict[str, Any] | None) -> Slack:
+    if data is None:
+        return EXACT
+    return Slack(float(data["beyond"]), float(data["within"]), bool(data["relative"]))

@@ -78,6 +78,7 @@ def _part(table: StepTable, i: int) -> StepTable:
         shifts=table.shifts[one],
         angles=table.angles[one],
         target_factors=table.target_factors[one],
+        stretched=table.stretched[one],
         eta=table.eta[one],
     )
 

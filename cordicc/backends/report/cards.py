@@ -69,6 +69,8 @@ class Cards:
             facts.insert(0, ("From the equation of", math(name(operation.equation))))
         if operation.id in self.errors:
             facts.append(("Own error", self.errors[operation.id]))
+        if operation.end_error is not None:
+            facts.append(("Angle near |C| = R", labels.end_of_reach(operation)))
         title = f"{operation.id}: {labels.function(operation)}"
         formulas = tuple(math(each) for each in self.formulas.of(operation))
         return About(f"op.{operation.id}", title, formulas, tuple(facts), operation.derivation)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, needs_effort, proof
+from cordicc.backends.labels import MOST, duration, end_of_reach, most_within, needs_effort, proof
 from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
@@ -49,9 +49,8 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
     end = (*_ends(plan), *(("", f"  {last}") if last else ()))
     title = f"{plan.name} on {plan.target.name}"
-    return Sheet(
-        title, (Facts(tuple(rows)), "", _accuracy(plan), *checks_table(plan.problem, plan.checks), *end)
-    )
+    tables = (_accuracy(plan), *checks_table(plan.problem, plan.checks), *_ends_of_reach(plan))
+    return Sheet(title, (Facts(tuple(rows)), "", *tables, *end))
 
 
 def _ends(plan: Plan) -> Iterator[str]:
@@ -66,6 +65,15 @@ def _ends(plan: Plan) -> Iterator[str]:
     for (size, equation), names in outputs.items():
         listed = ", ".join(dict.fromkeys(names))
         yield f"  accuracy of {listed} ends where {size} < {below[size, equation]:.2g} in the {equation}"
+
+
+def _ends_of_reach(plan: Plan) -> tuple[Block, ...]:
+    """Return what angles are off near the end of reach, where samples may come near it."""
+    told = [(o, end_of_reach(o)) for o in plan.operations if o.end_error is not None]
+    if not told:
+        return ()
+    rows = tuple((operation.equation or operation.id, text) for operation, text in told)
+    return ("", "  near the end of reach, |C| = R, the angle of the equation of", Facts(rows, indent=4))
 
 
 def _chosen(plan: Plan) -> str:

@@ -183,7 +183,7 @@ def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], 
     """Let the results themselves have the error bound that is usual over the samples, everywhere."""
     for k in {classes.exact(v) for v in outputs} & set(least):
         if not np.isnan(least[k]).all():
-            least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
+            least[k] = np.fmax(least[k], np.nanmedian(least[k]) * (_USUAL / worse))
 
 
 def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> Option:
@@ -191,7 +191,7 @@ def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: flo
 
     def inaccurate(value: Value, way: Way) -> bool:
         error = store.error(value)
-        return not all(np.all(error <= worse * least[k]) for k in option.results[way[3]] if k in least)
+        return not all(np.all(error / worse <= least[k]) for k in option.results[way[3]] if k in least)
 
     return _without(option, inaccurate)
 
