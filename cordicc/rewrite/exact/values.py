@@ -61,6 +61,7 @@ class Store:
         self.turns: list[tuple[Value, Value]] = []
         self.angles: set[Value] = set()
         self.domains: dict[Value, list[Value]] = {}
+        self.sizes: dict[tuple[Value, Value], Value] = {}
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -175,6 +176,16 @@ class Store:
     def same_domain(self, angle: Value, other: Value) -> None:
         """Record that the unit of one angle has a value exactly where that of another has."""
         self.domains.setdefault(angle, []).append(other)
+
+    def know_size(self, x: Value, y: Value, size: Value) -> None:
+        """Note a value that is 0 exactly where the vector (x, y) is; a guard may take it."""
+        self.sizes[x, y] = size
+
+    def size(self, x: Value, y: Value) -> Value | None:
+        """Return a value that is 0 exactly where the vector (x, y) is, if one is known."""
+        legs = {self.find(x), self.find(y)}
+        found = (size for vector, size in self.sizes.items() if {self.find(v) for v in vector} == legs)
+        return next(found, None)
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""

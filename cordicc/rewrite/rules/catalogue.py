@@ -19,6 +19,7 @@ from cordicc.rewrite.rules.multiples import MULTIPLES
 from cordicc.rewrite.rules.norms import NORM_CHAINS, NORMS
 from cordicc.rewrite.rules.offsets import OFFSETS
 from cordicc.rewrite.rules.perfect_squares import PERFECT_SQUARES
+from cordicc.rewrite.rules.polar_vectors import SHARES_OF_NORMS, TURNED_VECTORS
 from cordicc.rewrite.rules.principal_values import PRINCIPAL_VALUES
 from cordicc.rewrite.rules.product_pairs import PRODUCT_PAIRS
 from cordicc.rewrite.rules.roots_of_products import ROOTS_OF_PRODUCTS
@@ -36,7 +37,9 @@ RULES: tuple[Rule, ...] = (
     PRINCIPAL_VALUES,  # takes the equations of circles and frames too
     PERFECT_SQUARES,
     UNIT_VECTORS,
-    OFFSETS,
+    SHARES_OF_NORMS,
+    TURNED_VECTORS,
+    OFFSETS,  # of these rotations too
     VECTOR_SUMS,
     COMMON_DENOMINATORS,  # lifts every vectoring and equation that is there by now
     ROOTS_OF_PRODUCTS,  # common denominators are products of roots

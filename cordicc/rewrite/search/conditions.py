@@ -17,6 +17,7 @@ from cordicc.rewrite.exact.demands import (
     proven,
     root_demands,
     root_proven,
+    zeros_of,
 )
 from cordicc.rewrite.exact.field import Element
 from cordicc.rewrite.exact.values import Store
@@ -94,11 +95,14 @@ def _of_node(
     if op == "vector" and node.m == 0:
         if not holds(store, operands[0], "nonzero"):
             subject = _numerator(store, choice, operands[0])
-            yield Requirement(same, choice.class_of(subject), "nonzero")
+            zeros = zeros_of(store, operands[0])
+            # A vectoring whose angle is taken refuses a vector of which all of these would be 0.
+            told = () if zeros is None else _offering(offers, lambda other: zeros <= other.nonzero)
+            yield Requirement(tuple(sorted({*same, *told})), choice.class_of(subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
         if op == "implicit" or any(v.result == node.angle for v in results):
-            yield from _circular(store, offers, op, operands, same)
+            yield from _circular(store, choice, offers, op, operands, same)
         return
     if op == "implicit" and always_solvable(store, operands):
         return
@@ -127,7 +131,12 @@ def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:
 
 
 def _circular(
-    store: Store, offers: _Offers, op: str, operands: Sequence[Value], same: tuple[tuple[int, int], ...]
+    store: Store,
+    choice: Alternatives,
+    offers: _Offers,
+    op: str,
+    operands: Sequence[Value],
+    same: tuple[tuple[int, int], ...],
 ) -> Iterable[Requirement]:
     nonzero, real = proven(store, op, operands)
     demands = circle_demands(store, op, operands)
@@ -135,9 +144,11 @@ def _circular(
         if not (nonzero and real):
             yield Requirement(same, None, "any")
         return
+    size = store.size(operands[0], operands[1])
+    subject = None if size is None else choice.class_of(size)
     for factor in () if nonzero else sorted(demands.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
-        yield Requirement(tuple(sorted(met)), None, "nonzero")
+        yield Requirement(tuple(sorted(met)), subject if subject in choice.providers else None, "nonzero")
     if op == "implicit" and not real and not demands.square:
         (radicand,) = demands.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}

@@ -6,6 +6,7 @@ modulo 2 pi, which is all that a rotation, a wrap and a sum inside one of them a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import cast
@@ -13,7 +14,7 @@ from typing import cast
 import numpy as np
 
 from cordicc.base.arrays import Floats
-from cordicc.ir.graph import Param, Value
+from cordicc.ir.graph import Param, Value, factored
 from cordicc.ir.ops import OPS
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.passes.wraps import INSIDE
@@ -22,8 +23,10 @@ _LARGEST = 2.0**96
 """Far within the range of single precision, whose exponents end at 127."""
 
 _SUMS = ("add", "sub", "neg")
+_LINEAR = ("add", "sub", "neg", "cmul", "shift")
 _USUAL = 4.0
-"""How many times the error bound of the median sample is allowed to an output anywhere."""
+"""How many times the error bound of the median sample is allowed to an output anywhere, or one rounding of
+the largest, if that is more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +141,7 @@ def alternatives(
             _remember(store, made[:1], least)
             options += [_without(o, lambda value, _: value in banned) for o in made]
             if index == certain - 1:
-                _ease(classes, outputs.values(), least, worse)
+                _ease(store, classes, outputs.values(), least, worse)
         else:
             good = [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
             options += [_without(o, lambda _, way: way in ways) for o in good]
@@ -179,11 +182,31 @@ def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> 
                 least[k] = np.fmin(least[k], error) if k in least else error
 
 
-def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float) -> None:
-    """Let the results themselves have the error bound that is usual over the samples, everywhere."""
-    for k in {classes.exact(v) for v in outputs} & set(least):
-        if not np.isnan(least[k]).all():
-            least[k] = np.fmax(least[k], _USUAL * np.nanmedian(least[k]) / worse)
+def _ease(
+    store: Store, classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float
+) -> None:
+    """Let the results themselves have the error bound that is usual over the samples, everywhere.
+
+    So may what they are sums and multiples of, where nothing else takes it.
+    """
+    nodes = tuple(store.algebra.nodes)
+    users = Counter(v for node in nodes for v in set(node.operands))
+    for output in set(outputs):
+        known = least.get(classes.exact(output))
+        if known is None or np.isnan(known).all():
+            continue
+        usual = _USUAL * max(float(np.nanmedian(known)), float(np.nanmax(np.abs(store.numbers(output)))))
+        todo = [(output, usual / worse)]
+        while todo:
+            value, allowed = todo.pop()
+            for k in (classes.exact(value), classes.turn(value)):
+                if k in least:
+                    least[k] = np.fmax(least[k], allowed)
+            node = store.node(value)
+            factor = abs(float(factored(nodes, value)[0])) if node.op in ("cmul", "shift") else 1.0
+            if node.op in _LINEAR and factor:
+                inner = factored(nodes, value)[1:] if node.op in ("cmul", "shift") else node.operands
+                todo += [(v, allowed / factor) for v in inner if users[v] == 1]
 
 
 def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:

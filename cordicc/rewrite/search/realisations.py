@@ -92,7 +92,8 @@ class Realisations:
         """Return the values that guards may want."""
         assert self._filled is not None
         partial = [node for node in self._graph.nodes if node.definition.partial]
-        return [self._filled.moved[0][v.node][v.result] for node in partial for v in node.operands]
+        operands = [self._filled.moved[0][v.node][v.result] for node in partial for v in node.operands]
+        return [*operands, *self._filled.store.sizes.values()]
 
     def best(self) -> Found | None:
         """Return the best realisation without what is banned, None if the work limits end or all was tried.
