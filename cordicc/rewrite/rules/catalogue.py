@@ -10,7 +10,7 @@ from __future__ import annotations
 from cordicc.rewrite.rules.angle_sums import ANGLE_SUMS
 from cordicc.rewrite.rules.circles import CIRCLES
 from cordicc.rewrite.rules.common_denominators import COMMON_DENOMINATORS
-from cordicc.rewrite.rules.factor_orders import FACTOR_ORDERS
+from cordicc.rewrite.rules.factor_orders import FACTOR_ORDERS, QUOTIENT_ORDERS
 from cordicc.rewrite.rules.forms import FORMS
 from cordicc.rewrite.rules.frames import FRAMES
 from cordicc.rewrite.rules.half_sums import HALF_SUMS
@@ -36,7 +36,8 @@ RULES: tuple[Rule, ...] = (
     FRAMES,
     PRINCIPAL_VALUES,  # takes the equations of circles and frames too
     PERFECT_SQUARES,
-    UNIT_VECTORS,
+    QUOTIENT_ORDERS,
+    UNIT_VECTORS,  # of quotients that come from orders too
     SHARES_OF_NORMS,
     TURNED_VECTORS,
     OFFSETS,  # of these rotations too

@@ -8,22 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from cordicc.ir.graph import Node, Value
 from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.exact.demands import proven
+from cordicc.rewrite.exact.terms import Term, product_of, terms_of
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules.rule import Given, Rule
-
-_TERMS = 8
-"""Longer sums are left as they are."""
-
-_FACTORS = 8
-"""Longer products are left as they are."""
-
-Term = tuple[Fraction, tuple[Value, ...]]
-"""A coefficient, and the factors of a product."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +177,7 @@ def _fraction(
     store: Store, norms: Mapping[Value, Sequence[_Vector]], value: Value
 ) -> tuple[list[Term], Value] | None:
     """Return a numerator as a sum of products, and the class of the norm that it is divided by."""
-    factor, factors = _factors(store, value)
+    factor, factors = product_of(store.algebra.nodes, value)
     for at, part in enumerate(factors):
         node = store.node(part)
         if node.op != "vector" or node.m != 0 or part.result != 1:
@@ -194,45 +185,11 @@ def _fraction(
         below, above, start = node.operands
         inner, base = store.factored(below)
         norm = store.find(base)
-        terms = _terms(store, above) if norm in norms and store.constant(start) == 0 else None
+        terms = terms_of(store.algebra.nodes, above) if norm in norms and store.constant(start) == 0 else None
         if terms is not None:
             others = factors[:at] + factors[at + 1 :]
             return [(factor * k / inner, (*others, *own)) for k, own in terms], norm
     return None
-
-
-def _terms(store: Store, value: Value) -> list[Term] | None:
-    """Return a value as a sum of products, None if it is long."""
-    todo, found = [(Fraction(1), value)], list[Term]()
-    while todo:
-        factor, value = todo.pop()
-        own, base = store.factored(value)
-        factor *= own
-        node = store.node(base)
-        if node.op in ("add", "sub"):
-            todo += [(factor, node.operands[0]), (-factor if node.op == "sub" else factor, node.operands[1])]
-        elif (number := store.constant(base)) is not None:
-            found.append((factor * number, ()))
-        else:
-            inner, factors = _factors(store, base)
-            found.append((factor * inner, factors))
-        if len(found) + len(todo) > _TERMS:
-            return None
-    return found
-
-
-def _factors(store: Store, value: Value) -> Term:
-    """Return a value as a product."""
-    total, todo, found = Fraction(1), [value], list[Value]()
-    while todo:
-        factor, base = store.factored(todo.pop())
-        total *= factor
-        node = store.node(base)
-        if node.op == "mul" and len(todo) + len(found) < _FACTORS:
-            todo += node.operands
-        else:
-            found.append(base)
-    return total, tuple(found)
 
 
 def _shares(store: Store, terms: Sequence[Term], vector: _Vector) -> tuple[list[Term], list[Term]] | None:

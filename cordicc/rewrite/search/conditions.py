@@ -98,7 +98,8 @@ def _of_node(
             zeros = zeros_of(store, operands[0])
             # A vectoring whose angle is taken refuses a vector of which all of these would be 0.
             told = () if zeros is None else _offering(offers, lambda other: zeros <= other.nonzero)
-            yield Requirement(tuple(sorted({*same, *told})), choice.class_of(subject), "nonzero")
+            met = {*same, *_dividing(offers, choice.class_of(operands[0])), *told}
+            yield Requirement(tuple(sorted(met)), choice.class_of(subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
         if op == "implicit" or any(v.result == node.angle for v in results):
@@ -116,6 +117,13 @@ def _of_node(
         yield Requirement(tuple(sorted(met)), None, "nonnegative")
         return
     yield Requirement(same, None, "any")
+
+
+def _dividing(offers: _Offers, divisor: int) -> Iterable[tuple[int, int]]:
+    """Yield (class, option) for the quotients by a divisor."""
+    for number, option, _ in offers:
+        if option.op == "vector" and option.m == 0 and option.operands[0] == divisor:
+            yield from ((k, number) for k in option.results[1])
 
 
 def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.ir.graph import Graph
+from cordicc.ir.meaning.roundings import Words
+from cordicc.targets.sized import most_guard_bits
 from cordicc.targets.target import Target
 
 UNITS = ("rotate", "vector", "lightcone", "implicit")
@@ -21,14 +23,14 @@ class Costs:
     """Latency in cycles and area in tenths of adders by kind of unit.
 
     `implicit`: implicit CAUs may be used; else such an operation is a chain of three standard ones, or of
-    two if one of its coefficients is 0.  `floating`: numbers have exponents, so that values may be scaled
-    by common denominators.  `preferred`: few standard CAUs come before every goal.
+    two if one of its coefficients is 0.  `words`: how numbers are rounded.  `preferred`: few standard CAUs
+    come before every goal.
     """
 
     latency: dict[str, int]
     area: dict[str, int]
     implicit: bool = True
-    floating: bool = True
+    words: Words = field(default_factory=Words)
     preferred: bool = False
 
     @classmethod
@@ -36,8 +38,12 @@ class Costs:
         """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        floating = not isinstance(target.machine().system, FixedSystem)
-        return cls(latency, area, implicit, floating, implicit and preferred)
+        return cls(latency, area, implicit, _words(target), implicit and preferred)
+
+    @property
+    def floating(self) -> bool:
+        """Tell whether numbers have exponents, so that values may be scaled by common denominators."""
+        return not self.words.fixed
 
     def caus(self, op: str, zero_coefficient: bool = False) -> int:
         """Return how many CAUs an operation takes."""
@@ -58,6 +64,15 @@ class Costs:
             kind = "implicit" if op == "implicit" and self.implicit else "standard"
             return caus * self.area[kind]
         return self.area[_KINDS.get(op, "sign")] if op not in ("input", "const") else 0
+
+
+def _words(target: Target) -> Words:
+    """Return the words of a target, with as many guard bits as it may have."""
+    system = target.machine().system
+    if not isinstance(system, FixedSystem):
+        return Words()
+    guard = most_guard_bits(system.width_bits) if target.guard_is_open else system.guard_bits
+    return Words(2.0 ** -(system.width_bits + guard), 2.0**guard, fixed=True)
 
 
 def of_graph(graph: Graph, costs: Costs, goal: str) -> tuple[int, ...]:

@@ -143,7 +143,7 @@ def alternatives(
             if index == certain - 1:
                 _ease(store, classes, outputs.values(), least, worse)
         else:
-            good = [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
+            good = [_accurate(store, o, least, worse) for o in made if _moderate(store, o)]
             options += [_without(o, lambda _, way: way in ways) for o in good]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
@@ -209,13 +209,14 @@ def _ease(
                 todo += [(v, allowed / factor) for v in inner if users[v] == 1]
 
 
-def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:
-    for result, classes in enumerate(option.results):
-        error = store.error(option.value(result))
-        for k in classes:
-            if k in least and not bool(np.all(error <= worse * least[k])):
-                return False
-    return True
+def _accurate(store: Store, option: Option, least: Mapping[int, Floats], worse: float) -> Option:
+    """Return an option with those of its results that are accurate enough."""
+
+    def inaccurate(value: Value, _: Way) -> bool:
+        error, classes = store.error(value), option.results[value.result - option.first]
+        return any(k in least and not bool(np.all(error <= worse * least[k])) for k in classes)
+
+    return _without(option, inaccurate)
 
 
 def _moderate(store: Store, option: Option) -> bool:

@@ -23,6 +23,9 @@ _WORSE = (16.0, 16.0, 16.0, 8.0, 4.0)
 
 Each is tried anew only if something was banned since."""
 
+_WORSE_FIXED = (256.0, *_WORSE)
+"""The same on fixed point: words of one step everywhere blur how much of an error an output sees."""
+
 
 @dataclass(frozen=True, slots=True)
 class Found:
@@ -61,13 +64,15 @@ class Realisations:
             lift: whether values may be scaled by common denominators.
         """
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
-        self._allowed = list(_WORSE)
+        self._allowed = list(_WORSE if costs.floating else _WORSE_FIXED)
+        self._first = True
         self._tried = 0.0
         self._banned: set[Value] = set()
         self._filled = None
         if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
-            points = sample_points(problem, graphs)
-            self._filled = None if points is None else fill(problem, context.inputs, graphs, points)
+            points = sample_points(problem, graphs, words=costs.words)
+            if points is not None:
+                self._filled = fill(problem, context.inputs, graphs, points, costs.words)
         if self._filled is not None:
             store, moved, outputs = self._filled.store, self._filled.moved, self._filled.outputs
             given = Given(store, graphs, moved, outputs, lifting=lift)
@@ -104,7 +109,7 @@ class Realisations:
             self._allowed.pop(0)
         if self._filled is None or not self._allowed:
             return None
-        first = len(self._allowed) == len(_WORSE)
+        first, self._first = self._first, False
         self._tried = self._allowed.pop(0)
         store, moved, certain = self._filled.store, self._filled.moved[0], self._filled.certain
         choice = alternatives(

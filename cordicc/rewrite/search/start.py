@@ -8,12 +8,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from cordicc.base.arrays import Floats
+from cordicc.base.arrays import Bools, Floats
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.meaning.doubles import all_results
 from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.roundings import SINGLE, Words
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
+from cordicc.ir.small_values import roots_of, towards_zero
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
@@ -52,12 +54,13 @@ def fill(
     ranges: Mapping[str, Interval],
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
+    words: Words = SINGLE,
 ) -> Filled | None:
     """Return a store with realisations in it, None if they take more generators than there may be."""
     field = _field(graphs)
     if field is None:
         return None
-    store = Store(field, ranges, points)
+    store = Store(field, ranges, points, words)
     _name_constants(store, graphs)
     _assume(store, problem)
     store.opaque_left = OPAQUE
@@ -82,11 +85,12 @@ def _joined_outputs(
 
 
 def sample_points(
-    problem: Problem, graphs: Sequence[Graph], count: int = _POINTS
+    problem: Problem, graphs: Sequence[Graph], count: int = _POINTS, words: Words = SINGLE
 ) -> dict[str, Floats] | None:
     """Return points of the workspace at which graphs have values, None if there are too few.
 
-    Besides `count` random ones there are those nearest to the singular points of the units.
+    Besides `count` random ones there are those nearest to the singular points of the units, and on fixed
+    point, where small values have few digits, those on the way to the zeros of the roots.
     """
     generator = np.random.Generator(np.random.PCG64(7))
     if problem.samples is not None:
@@ -96,22 +100,34 @@ def sample_points(
         drawn = {
             spec.name: generator.uniform(float(spec.lo), float(spec.hi), _DRAWN) for spec in problem.inputs
         }
-    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
-    critical = []
-    for graph in graphs:
-        live = graph.live()
-        for index, results in enumerate(all_results(graph, drawn)):
-            if index in live:
-                for result in results:
-                    good &= np.isfinite(result)
-                if graph.nodes[index].op in _CRITICAL:
-                    critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
+    good, critical = _judged(graphs, drawn)
     if good.sum() < _POINTS // 2:
         return None
     first = np.flatnonzero(good)
     nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
     rows = np.unique(np.concatenate([first[:count], *nearest]))
-    return {name: column[rows] for name, column in drawn.items()}
+    points = {name: column[rows] for name, column in drawn.items()}
+    if not words.fixed or problem.samples is not None:
+        return points
+    known = {name: column[first] for name, column in drawn.items()}
+    small = towards_zero(graphs[0], roots_of(graphs[0]), input_intervals(problem), known)
+    held, _ = _judged(graphs, small)
+    return {name: np.concatenate([column, small[name][held]]) for name, column in points.items()}
+
+
+def _judged(graphs: Sequence[Graph], points: Mapping[str, Floats]) -> tuple[Bools, list[Floats]]:
+    """Tell at which points all results of graphs are finite; return the sizes of the critical ones."""
+    good = np.ones(len(next(iter(points.values()))), dtype=bool)
+    critical = []
+    for graph in graphs:
+        live = graph.live()
+        for index, results in enumerate(all_results(graph, points)):
+            if index in live:
+                for result in results:
+                    good &= np.isfinite(result)
+                if graph.nodes[index].op in _CRITICAL:
+                    critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
+    return good, critical
 
 
 def _field(graphs: Sequence[Graph]) -> Field | None:
