@@ -22,6 +22,7 @@ from cordicc.rewrite.rules.perfect_squares import PERFECT_SQUARES
 from cordicc.rewrite.rules.polar_vectors import SHARES_OF_NORMS, TURNED_VECTORS
 from cordicc.rewrite.rules.principal_values import PRINCIPAL_VALUES
 from cordicc.rewrite.rules.product_pairs import PRODUCT_PAIRS
+from cordicc.rewrite.rules.root_chains import ROOT_CHAINS
 from cordicc.rewrite.rules.roots_of_products import ROOTS_OF_PRODUCTS
 from cordicc.rewrite.rules.rotation_chains import ROTATION_CHAINS
 from cordicc.rewrite.rules.rule import Rule
@@ -36,6 +37,7 @@ RULES: tuple[Rule, ...] = (
     FRAMES,
     PRINCIPAL_VALUES,  # takes the equations of circles and frames too
     PERFECT_SQUARES,
+    ROOT_CHAINS,
     QUOTIENT_ORDERS,
     UNIT_VECTORS,  # of quotients that come from orders too
     SHARES_OF_NORMS,
