@@ -8,9 +8,10 @@ root may be small: sqrt(x^2 + c y^2) is the length of (x, sqrt(c) y).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 
 from cordicc.ir.graph import Graph, Node, Value, factored
 from cordicc.ir.meaning.exact import fold
@@ -97,32 +98,92 @@ def chained_length(site: Site, radicand: Node, angles: Angles) -> Value | None:
     return None
 
 
-def small_length(site: Site, radicand: Value, angles: Angles, ranges: Ranges) -> Value | None:
-    """Return the root of a sum of squares, weighted by what is never negative, as a chain of lengths.
+@dataclass(frozen=True, slots=True)
+class SmallLengths:
+    """Roots of sums of squares by chains of lengths, in which small components keep their digits.
 
-    None if the radicand is another one, or nowhere small.
+    `angles` are the vectors whose angle is taken, `ranges` those of the values of the graph; `always`: of
+    radicands too that are nowhere small.
     """
-    graph = site.graph
-    node = graph.node(radicand)
-    if node.op == "max":
-        # A sum of squares is never negative.
-        for value, other in (node.operands, node.operands[::-1]):
+
+    angles: Angles
+    ranges: Ranges
+    always: bool = False
+
+    def root(self, site: Site, radicand: Value) -> Value | None:
+        """Return the root of a sum of squares, weighted by what is never negative.
+
+        Less other squares it is sqrt(P^2 - N^2) for two such lengths.  None if the radicand is another one,
+        or nowhere small.
+        """
+        graph = site.graph
+        node = graph.node(radicand)
+        for value, other in (node.operands, node.operands[::-1]) if node.op == "max" else ():
             number = graph.constant(other)
-            if number is not None and number <= 0:
-                return small_length(site, value, angles, ranges)
-    interval, terms = ranges[radicand.node][radicand.result], _merged_terms(graph, radicand)
-    if interval is None or interval.lo > _SMALL * interval.hi or len(terms) < 2:
-        return None
-    plain, rest = list[Leg](), list[Value]()
-    for factors, factor in terms.items():
-        roots, weights = _halved(factors)
-        if factor <= 0 or not all(never_negative(ranges[v.node][v.result]) for v in weights):
+            if number is not None and number <= 0 and self._never_negative(value):
+                return self.root(site, value)
+        terms = _merged_terms(graph, radicand)
+        weights = {v for factors in terms for v in _halved(factors)[1]}
+        if len(terms) < 2 or not all(terms.values()) or not all(self._never_negative(v) for v in weights):
             return None
-        if not weights and len(roots) < 2:
-            plain.append(Leg(fold("sqrt", (), (factor,)), roots[0] if roots else None))
-        else:
-            rest.append(_weighted(site, factor, roots, weights, ranges))
-    return _chain(site, plain, rest, angles)
+        interval = self.ranges[radicand.node][radicand.result]
+        if not self.always and (interval is None or interval.lo > _SMALL * interval.hi):
+            return None
+        signed = [
+            {factors: abs(factor) for factors, factor in terms.items() if factor * sign > 0} for sign in (1, -1)
+        ]
+        if not signed[1]:
+            return self._chain(site, signed[0])
+        # With a constant not all of the squares can be small, and their lengths are no better.
+        if not signed[0] or () in terms:
+            return None
+        positive, negative = (self._chain(site, part) for part in signed)
+        return site.builder.apply("vector", (positive, negative, site.builder.const(0)), (-1, 1))[0]
+
+    def _never_negative(self, value: Value) -> bool:
+        return never_negative(self.ranges[value.node][value.result])
+
+    def _chain(self, site: Site, terms: Mapping[tuple[Value, ...], Fraction]) -> Value:
+        """Return the root of a sum of products of squares and weights; known vectors come first."""
+        plain, rest = list[Leg](), list[Value]()
+        for factors, factor in terms.items():
+            roots, weights = _halved(factors)
+            if not weights and len(roots) < 2:
+                plain.append(Leg(fold("sqrt", (), (factor,)), roots[0] if roots else None))
+            else:
+                rest.append(self._weighted(site, factor, roots, weights))
+        made = list[Value]()
+        for pair in combinations(tuple(plain), 2):
+            if key_of(pair) in self.angles and all(leg in plain for leg in pair):
+                made.append(length(site, pair, self.angles))
+                plain = [leg for leg in plain if leg not in pair]
+        todo = [*made, *(leg.build(site) for leg in plain), *rest]
+        while len(todo) > 1:
+            zero = site.builder.const(0)
+            todo = [*todo[2:], site.builder.apply("vector", (todo[0], todo[1], zero), (1, 1))[0]]
+        return todo[0]
+
+    def _weighted(
+        self, site: Site, factor: Fraction, roots: Sequence[Value], weights: Sequence[Value]
+    ) -> Value:
+        """Return the root of a product of squares and of weights."""
+        builder, total = site.builder, site.builder.const(1)
+        for value in roots:
+            total = builder.mul(total, site.new(value))
+        if weights:
+            *others, last = (self._size(site, value) for value in weights)
+            first = builder.const(1)
+            for value in others:
+                first = builder.mul(first, value)
+            total = builder.mul(total, builder.apply("lightcone", (last, first))[0])
+        return builder.scale(fold("sqrt", (), (factor,)), total)
+
+    def _size(self, site: Site, value: Value) -> Value:
+        """Return a value that is never negative, whatever its rounding."""
+        interval = self.ranges[value.node][value.result]
+        if interval is not None and interval.lo > 0:
+            return site.new(value)
+        return site.builder.apply("abs", (site.new(value),))[0]
 
 
 def _merged_terms(graph: Graph, value: Value) -> dict[tuple[Value, ...], Fraction]:
@@ -138,42 +199,3 @@ def _halved(factors: Sequence[Value]) -> tuple[list[Value], list[Value]]:
     """Return (u, v) with a product equal to the square of the product of u times that of v."""
     counts = Counter(factors)
     return [v for v in counts for _ in range(counts[v] // 2)], [v for v in counts if counts[v] % 2]
-
-
-def _weighted(
-    site: Site, factor: Fraction, roots: Sequence[Value], weights: Sequence[Value], ranges: Ranges
-) -> Value:
-    """Return the root of a product of squares and of weights."""
-    builder, total = site.builder, site.builder.const(1)
-    for value in roots:
-        total = builder.mul(total, site.new(value))
-    if weights:
-        *others, last = (_size(site, value, ranges) for value in weights)
-        first = builder.const(1)
-        for value in others:
-            first = builder.mul(first, value)
-        total = builder.mul(total, builder.apply("lightcone", (last, first))[0])
-    return builder.scale(fold("sqrt", (), (factor,)), total)
-
-
-def _size(site: Site, value: Value, ranges: Ranges) -> Value:
-    """Return a value that is never negative, whatever its rounding."""
-    interval = ranges[value.node][value.result]
-    if interval is not None and interval.lo > 0:
-        return site.new(value)
-    return site.builder.apply("abs", (site.new(value),))[0]
-
-
-def _chain(site: Site, plain: list[Leg], rest: list[Value], angles: Angles) -> Value:
-    """Return the length of a vector of any number of components; vectors whose angle is taken come first."""
-    pairs = [(a, b) for i, a in enumerate(plain) for b in plain[i + 1 :] if key_of((a, b)) in angles]
-    made = list[Value]()
-    for a, b in pairs:
-        if a in plain and b in plain:
-            made.append(length(site, (a, b), angles))
-            plain = [leg for leg in plain if leg not in (a, b)]
-    todo = [*made, *(leg.build(site) for leg in plain), *rest]
-    while len(todo) > 1:
-        zero = site.builder.const(0)
-        todo = [*todo[2:], site.builder.apply("vector", (todo[0], todo[1], zero), (1, 1))[0]]
-    return todo[0]

@@ -12,11 +12,11 @@ from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
 from cordicc.rewrite.passes.lengths import (
     Angles,
     Leg,
+    SmallLengths,
     angles_of_vectors,
     chained_length,
     length,
     signed_square,
-    small_length,
 )
 from cordicc.rewrite.passes.ratio import denominator, positive_ratio, ratio
 
@@ -37,6 +37,8 @@ class Vectorings:
         """Return the graph with vectorings."""
         ranges = context.ranges(graph)
         angles = angles_of_vectors(graph)
+        small = context.careful or not context.floating
+        lengths = SmallLengths(angles, ranges, always=context.careful) if small else None
 
         def rule(site: Site) -> tuple[Value, ...] | None:
             builder, operands = site.builder, site.operands
@@ -44,7 +46,7 @@ class Vectorings:
                 case "atan2":
                     return (_angle(builder, operands[1], operands[0]),)
                 case "hypot" | "sqrt":
-                    return (_root(site, angles, None if context.floating else ranges),)
+                    return (_root(site, angles, lengths),)
                 case "atan":
                     below = denominator(graph, site.node.operands[0])
                     return (_arctangent(builder, operands[0], _at(ranges, below)),)
@@ -69,8 +71,8 @@ def _angle(builder: Algebra, x: Value, y: Value) -> Value:
     return builder.apply("vector", (x, y, builder.const(0)), (1, 1))[1]
 
 
-def _root(site: Site, angles: Angles, fixed: Ranges | None) -> Value:
-    """Return a length or a square root by the vectoring that fits; with ranges for fixed point."""
+def _root(site: Site, angles: Angles, lengths: SmallLengths | None) -> Value:
+    """Return a length or a square root by the vectoring that fits, or by chains of lengths if there are any."""
     graph, builder, node = site.graph, site.builder, site.node
     if node.op == "hypot":
         first, second = (Leg.of(graph, v) for v in node.operands)
@@ -89,9 +91,9 @@ def _root(site: Site, angles: Angles, fixed: Ranges | None) -> Value:
         chained = chained_length(site, radicand, angles)
         if chained is not None:
             return chained
-    lengths = None if fixed is None else small_length(site, node.operands[0], angles, fixed)
-    if lengths is not None:
-        return lengths
+    chain = None if lengths is None else lengths.root(site, node.operands[0])
+    if chain is not None:
+        return chain
     if radicand.op == "mul":
         return builder.apply("lightcone", [site.new(v) for v in radicand.operands])[0]
     return builder.apply("lightcone", (site.operands[0], builder.const(1)))[0]
