@@ -21,7 +21,7 @@ _WORSE = 8.0
 _USUAL = 4.0
 """How much it may move anywhere, of what is usual for the output."""
 
-_FIT = 4.0
+_FIT = 1.5
 """On fixed point, how much more it may move an output than that of inputs and outputs alone does."""
 
 

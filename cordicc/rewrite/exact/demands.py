@@ -89,6 +89,8 @@ def is_square(store: Store, poly: Poly) -> bool:
     """
     if len(poly) > _TERMS:
         return False
+    if store.is_known_square_sum(poly):
+        return True
     constant, factors = store.field.factors(poly)
     sign = 1 if constant > 0 else -1
     for base, exponent in factors:

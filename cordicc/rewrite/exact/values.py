@@ -24,7 +24,7 @@ from cordicc.rewrite.exact.angle_rotors import Rotors
 from cordicc.rewrite.exact.constants import Constants
 from cordicc.rewrite.exact.elements import ElementFinder, long_parts
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge
-from cordicc.rewrite.exact.keys import ElementKey
+from cordicc.rewrite.exact.keys import ElementKey, Key
 from cordicc.rewrite.exact.polynomials import Polynomials
 from cordicc.rewrite.exact.signs import Signs, is_square_sum, never_negative
 
@@ -69,6 +69,7 @@ class Store:
         self.angles: set[Value] = set()
         self.domains: dict[Value, list[Value]] = {}
         self.sizes: dict[tuple[Value, Value], Value] = {}
+        self._square_sums: set[Key] = set()
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -197,6 +198,14 @@ class Store:
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
         return self.polynomials.affine(poly)
+
+    def know_square_sum(self, poly: Poly) -> None:
+        """Note a polynomial that is a sum of squares, nowhere negative whatever the values are."""
+        self._square_sums.add(Key(poly))
+
+    def is_known_square_sum(self, poly: Poly) -> bool:
+        """Tell whether a polynomial was found to be a sum of squares."""
+        return Key(poly) in self._square_sums
 
     # -- signs ------------------------------------------------------------------------------------
 

@@ -20,15 +20,15 @@ class PassContext:
     """What a pass may rest on besides the graph: the range of each input and the user's goal.
 
     `floating`: numbers have exponents, so that large values do not cost small ones their digits.
-    `careful`: digits are kept wherever a realisation can keep them, whatever it takes.
     `effort`: the work of a search, as a multiple of the usual.
+    `careful`: digits are kept wherever a realisation can keep them, whatever it takes.
     """
 
     inputs: Mapping[str, Interval]
     goal: str = "processors"
     floating: bool = True
-    careful: bool = False
     effort: float = 1.0
+    careful: bool = False
 
     def ranges(self, graph: Graph) -> Ranges:
         """Return enclosures of every result of every node."""

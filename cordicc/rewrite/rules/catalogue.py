@@ -10,6 +10,7 @@ from __future__ import annotations
 from cordicc.rewrite.rules.angle_sums import ANGLE_SUMS
 from cordicc.rewrite.rules.circles import CIRCLES
 from cordicc.rewrite.rules.common_denominators import COMMON_DENOMINATORS
+from cordicc.rewrite.rules.completed_squares import COMPLETED_SQUARES
 from cordicc.rewrite.rules.factor_orders import FACTOR_ORDERS, QUOTIENT_ORDERS
 from cordicc.rewrite.rules.forms import FORMS
 from cordicc.rewrite.rules.frames import FRAMES
@@ -37,6 +38,7 @@ RULES: tuple[Rule, ...] = (
     FRAMES,
     PRINCIPAL_VALUES,  # takes the equations of circles and frames too
     PERFECT_SQUARES,
+    COMPLETED_SQUARES,
     ROOT_CHAINS,
     QUOTIENT_ORDERS,
     UNIT_VECTORS,  # of quotients that come from orders too

@@ -11,7 +11,7 @@ from cordicc.ir.meaning.exact import fold
 from cordicc.rewrite.exact.field import square_root_of
 from cordicc.rewrite.exact.terms import terms_of
 from cordicc.rewrite.exact.values import Store
-from cordicc.rewrite.rules.rule import Given, Rule
+from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 _MOST = 12
 """Longer sums of squares are left as they are."""
@@ -26,6 +26,11 @@ Squares = Mapping[Value | None, Fraction]
 def _add_chains(given: Given) -> None:
     """Add roots of sums of squares as lengths of vectors with the root of some of the squares for a component."""
     store = given.store
+    taken = {
+        store.find(moved[v.node][v.result])
+        for graph, moved in zip(given.graphs, given.moved, strict=True)
+        for v in graph.used_results()
+    }
     roots: dict[Value, tuple[Value, Squares]] = {}
     for index, node in enumerate(store.algebra.nodes):
         if node.op == "lightcone" or (node.op == "vector" and node.m == 1):
@@ -33,7 +38,7 @@ def _add_chains(given: Given) -> None:
             if squares is not None and 1 < len(squares) <= _MOST:
                 roots.setdefault(store.find(Value(index)), (Value(index), squares))
     for root, squares in tuple(roots.values()):
-        if len(squares) < 3:
+        if len(squares) < 3 or store.find(root) not in taken:
             continue
         store.begin(store.node(root).origin)
         for other, part in roots.values():
@@ -94,5 +99,6 @@ ROOT_CHAINS = Rule(
     name="chains of lengths",
     mathematics="sqrt(x^2 + y^2 + z^2) = hypot(hypot(x, y), z)",
     apply=_add_chains,
+    needs=frozenset({Need.GRAPHS}),
     words="a root of three squares and more: the length of a vector with the root of some of them in it",
 )

@@ -90,7 +90,7 @@ def _of_node(
         subject, condition = operands[1], node.condition
         if condition != "any" and not holds(store, subject, condition):
             subject = _numerator(store, choice, subject) if condition == "nonzero" else subject
-            yield Requirement((), choice.class_of(subject), condition)
+            yield Requirement((), _provided(choice, subject), condition)
         return
     if op == "vector" and node.m == 0:
         if not holds(store, operands[0], "nonzero"):
@@ -99,7 +99,7 @@ def _of_node(
             # A vectoring whose angle is taken refuses a vector of which all of these would be 0.
             told = () if zeros is None else _offering(offers, lambda other: zeros <= other.nonzero)
             met = {*same, *_dividing(offers, choice.class_of(operands[0])), *told}
-            yield Requirement(tuple(sorted(met)), choice.class_of(subject), "nonzero")
+            yield Requirement(tuple(sorted(met)), _provided(choice, subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
         if op == "implicit" or any(v.result == node.angle for v in results):
@@ -117,6 +117,12 @@ def _of_node(
         yield Requirement(tuple(sorted(met)), None, "nonnegative")
         return
     yield Requirement(same, None, "any")
+
+
+def _provided(choice: Alternatives, value: Value) -> int | None:
+    """Return the class of a value that a guard may take, None if nothing yields it."""
+    k = choice.class_of(value)
+    return k if k in choice.providers else None
 
 
 def _dividing(offers: _Offers, divisor: int) -> Iterable[tuple[int, int]]:
@@ -153,10 +159,10 @@ def _circular(
             yield Requirement(same, None, "any")
         return
     size = store.size(operands[0], operands[1])
-    subject = None if size is None else choice.class_of(size)
+    subject = None if size is None else _provided(choice, size)
     for factor in () if nonzero else sorted(demands.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
-        yield Requirement(tuple(sorted(met)), subject if subject in choice.providers else None, "nonzero")
+        yield Requirement(tuple(sorted(met)), subject, "nonzero")
     if op == "implicit" and not real and not demands.square:
         (radicand,) = demands.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -59,6 +59,16 @@ class Option:
 
 Way = tuple[str, tuple[Param, ...], tuple[int, ...], int]
 """Operation, parameters, classes of the operands, and the number of the result."""
+
+
+class Worse(NamedTuple):
+    """How many times the error bound of a value in the realisation of the passes an operation is allowed.
+
+    `than_any`: that of the most accurate operation that yields it instead.
+    """
+
+    times: float
+    than_any: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +126,14 @@ def alternatives(
     certain: int,
     outputs: Mapping[str, Value],
     extra: Iterable[Value],
-    worse: float,
+    worse: Worse,
     banned: Collection[Value] = (),
 ) -> Alternatives:
     """Return all that may compute the outputs, and `extra` values that a guard may want.
 
-    The first `certain` nodes of the store are the realisation to be no less accurate than: an operation
-    that yields one of its values, with a bound of the rounding error more than `worse` times as large, is
-    left out, and so are the results in `banned` and those that are made the same way.
+    The first `certain` nodes of the store are the realisation to be no less accurate than: of another
+    operation those results are left out that are one of its values with a bound of the rounding error that
+    is more than `worse` times as large, and so are those in `banned` and those that are made the same way.
     """
     classes = Classes(store)
     options: list[Option] = []
@@ -135,15 +145,18 @@ def alternatives(
         for result, way in enumerate(option.ways())
         if option.value(result) == value
     }
-    for index in range(len(store.algebra.nodes)):
-        made = _options(store, classes, index)
-        if index < certain:
-            _remember(store, made[:1], least)
+    every = [_options(store, classes, index) for index in range(certain)]
+    _remember(store, [made[0] for made in every if made], least)
+    _ease(store, classes, outputs.values(), least, worse.times)
+    every += [_options(store, classes, index) for index in range(certain, len(store.algebra.nodes))]
+    if worse.than_any:
+        _remember(store, [made[0] for made in every[certain:] if made], least)
+        _ease(store, classes, outputs.values(), least, worse.times)
+    for index, made in enumerate(every):
+        if index < certain and not worse.than_any:
             options += [_without(o, lambda value, _: value in banned) for o in made]
-            if index == certain - 1:
-                _ease(store, classes, outputs.values(), least, worse)
         else:
-            good = [_accurate(store, o, least, worse) for o in made if _moderate(store, o)]
+            good = [_accurate(store, o, least, worse.times) for o in made if _moderate(store, o)]
             options += [_without(o, lambda _, way: way in ways) for o in good]
     options = _possible(options)
     providers: dict[int, list[int]] = {}

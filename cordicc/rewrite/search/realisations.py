@@ -13,18 +13,17 @@ from cordicc.rewrite.rules.rule import Given
 from cordicc.rewrite.search.conditions import requirements
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.extraction import extract
-from cordicc.rewrite.search.options import alternatives
+from cordicc.rewrite.search.options import Worse, alternatives
 from cordicc.rewrite.search.rebuilding import facts_of, rebuild
-from cordicc.rewrite.search.start import fill, sample_points
+from cordicc.rewrite.search.start import Filled, fill, sample_points
 
 _NODES = 400
-_WORSE = (16.0, 16.0, 16.0, 8.0, 4.0)
-"""How many times the error bound of a value in the realisation of the passes an operation is allowed.
+_WORSE = tuple(Worse(times) for times in (16.0, 16.0, 16.0, 8.0, 4.0))
+"""What is allowed to an operation; each is tried anew only if something was banned since."""
 
-Each is tried anew only if something was banned since."""
-
-_WORSE_FIXED = (256.0, *_WORSE)
-"""The same on fixed point: words of one step everywhere blur how much of an error an output sees."""
+_WORSE_FIXED = (Worse(256.0), Worse(16.0), *(Worse(times, than_any=True) for times in (64.0, 16.0, 4.0)))
+"""The same on fixed point: words of one step everywhere blur how much of an error an output sees, and what
+the passes make need not be accurate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +65,7 @@ class Realisations:
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
         self._allowed = list(_WORSE if costs.floating else _WORSE_FIXED)
         self._first = True
-        self._tried = 0.0
+        self._tried: Worse | None = None
         self._banned: set[Value] = set()
         self._filled = None
         if problem.inputs and sum(len(g.nodes) for g in graphs) <= _NODES:
@@ -91,7 +90,7 @@ class Realisations:
     def ban(self, found: Found, value: Value) -> None:
         """Take a result of a realisation no more, nor one that is made the same way."""
         self._banned.add(found.sources[value])
-        self._tried = 0.0
+        self._tried = None
 
     def _subjects(self) -> list[Value]:
         """Return the values that guards may want."""
@@ -105,16 +104,24 @@ class Realisations:
 
         Where nothing is banned after one, fewer roundings are allowed to every value in the next.
         """
-        while self._allowed and self._allowed[0] == self._tried:
-            self._allowed.pop(0)
-        if self._filled is None or not self._allowed:
-            return None
+        while self._filled is not None and self._allowed:
+            worse = self._allowed.pop(0)
+            if worse == self._tried:
+                continue
+            self._tried = worse
+            found = self._found(self._filled, worse)
+            # Where even the passes' operations may be left out, what is left need not do.
+            if found is not None or not worse.than_any:
+                return found
+        return None
+
+    def _found(self, filled: Filled, worse: Worse) -> Found | None:
+        """Return the best realisation of operations with some accuracy, if there is one."""
         first, self._first = self._first, False
-        self._tried = self._allowed.pop(0)
-        store, moved, certain = self._filled.store, self._filled.moved[0], self._filled.certain
-        choice = alternatives(
-            store, certain, self._filled.outputs, self._subjects(), self._tried, self._banned
-        )
+        store, moved, certain = filled.store, filled.moved[0], filled.certain
+        choice = alternatives(store, certain, filled.outputs, self._subjects(), worse, self._banned)
+        if not all(k in choice.providers for k in choice.wanted.values()):
+            return None
         store.begin("")
         needs = requirements(store, self._graph, moved, choice)
         conditions = frozenset(store.field.touched)
