@@ -162,7 +162,10 @@ def _goals(limits: Limits) -> tuple[str, ...]:
 def _nearest(refused: Sequence[Unattainable]) -> Unattainable:
     """Return of several reasons the one that is nearest to a plan."""
     missed = [error for error in refused if isinstance(error, OutOfLimits)]
-    return min(missed, key=lambda error: error.least) if missed else refused[0]
+    if missed:
+        return min(missed, key=lambda error: error.least)
+    inaccurate = [error for error in refused if isinstance(error, TooInaccurate)]
+    return min(inaccurate, key=lambda error: error.excess) if inaccurate else refused[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,22 +201,37 @@ def _plans(
             effort=options.effort,
             watch=request.watch,
         )
-        request.enter("choosing formats and a schedule")
-        # Scheduling sees unit operations with their latencies only.
         try:
-            unplaced, warnings = plan_with_formats(
-                request.loaded,
-                choice,
-                request.target,
-                partial(load_target, options.target),
-                _recorded(request.path, options),
-                _bounds_of,
-                _with_borders,
-            )
-            plans.append((place(replicated(unplaced, options.copies), options.limits), warnings))
-        except (TooInaccurate, OutOfLimits) as error:
+            plans.append(_planned(request, choice))
+        except TooInaccurate as error:
+            # An error cannot be met only if it cannot be met by lengths that take no squares either.
+            refused.append(error)
+            accurate = most_accurate(request.loaded.problem, request.target, implicit=implicit, goal=goal)
+            if accurate.graph != choice.graph:
+                try:
+                    plans.append(_planned(request, accurate))
+                except (TooInaccurate, OutOfLimits) as other:
+                    refused.append(other)
+        except OutOfLimits as error:
             refused.append(error)
     return plans
+
+
+def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic, ...]]:
+    """Return the plan with chosen operations; raises TooInaccurate or OutOfLimits."""
+    request.enter("choosing formats and a schedule")
+    # Scheduling sees unit operations with their latencies only.
+    options = request.options
+    unplaced, warnings = plan_with_formats(
+        request.loaded,
+        choice,
+        request.target,
+        partial(load_target, options.target),
+        _recorded(request.path, options),
+        _bounds_of,
+        _with_borders,
+    )
+    return place(replicated(unplaced, options.copies), options.limits), warnings
 
 
 def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
@@ -274,6 +292,16 @@ def rewrite(
     verify_graph(choice.graph, frozenset({Level.LEAF, Level.ARITHMETIC, Level.UNIT}))
     check_meaning(problem, choice.graph)
     return choice
+
+
+def most_accurate(problem: Problem, target: Target, *, implicit: bool, goal: str) -> Choice:
+    """Return the realisation of the passes in which small values lose the fewest digits."""
+    floating = Costs.of(target, implicit=implicit).floating
+    context = PassContext(input_intervals(problem), goal, floating, careful=True)
+    graph = problem.graph
+    for step in default_passes(implicit=implicit):
+        graph = step.apply(graph, context)
+    return Choice(graph, left_out=("all alternatives: an allowed error cannot be met by the cheapest",))
 
 
 def pass_names() -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Protocol
@@ -49,7 +50,14 @@ _WIDER = 2
 
 
 class TooInaccurate(Unattainable):
-    """No words that the target may have keep an output's error within what the problem allows."""
+    """No words that the target may have keep an output's error within what the problem allows.
+
+    `excess`: how many times as large as allowed the nearest is that can be met.
+    """
+
+    def __init__(self, diagnostics: Sequence[Diagnostic], excess: float) -> None:
+        super().__init__(diagnostics)
+        self.excess = excess
 
 
 def allowed_errors(problem: PlanProblem) -> dict[str, float]:
@@ -149,15 +157,16 @@ def _missed(bounds: Mapping[str, ProvenBound], allowed: Mapping[str, float]) -> 
 
 
 def _refusal(missed: Mapping[str, ProvenBound], allowed: Mapping[str, float], reason: str) -> TooInaccurate:
-    found = []
+    found, excess = [], 1.0
     for name, bound in missed.items():
+        excess = max(excess, math.inf if bound.value is None else bound.value / allowed[name])
         wanted = f"max_error {allowed[name]:.3g} of '{name}' cannot be met"
         if bound.value is None:
             found.append(Diagnostic("E413", f"{wanted}: {bound.reason}"))
         else:
             hint = f"the nearest that can be met is {bound.value:.3g}, {_where(bound)}"
             found.append(Diagnostic("E413", f"{wanted}: {reason}", hint=hint))
-    return TooInaccurate(found)
+    return TooInaccurate(found, excess)
 
 
 def _where(bound: ProvenBound) -> str:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.doubles import Results, all_results
+from cordicc.ir.meaning.roundings import SINGLE, Words
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
-from cordicc.rewrite.disturbances import ROUNDING, disturbed
+from cordicc.rewrite.disturbances import Disturbances
 
 _TRIES = 12
 """How often each sample is rounded."""
@@ -22,14 +24,38 @@ _WORSE = 8.0
 _USUAL = 4.0
 """How much it may move anywhere, of what is usual for the output."""
 
+_FIT = 1.5
+"""On fixed point, how much more it may move an output than that of inputs and outputs alone does."""
+
 _FAR = 16.0
 """How much it moves a check too far, of what is usual and of what words that are rounded do at the sample."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What rounding does to the outputs and checks of a realisation.
+
+    Attributes:
+        ratios: by name how far each sample is moved, compared with what is allowed.
+        inaccurate: the name and the sample that are moved most, of those that are moved too far; None if
+            none is.
+        far: a check and a sample that are moved far: much further than is usual, and than rounded words
+            alone would.  What is allowed may be that itself: then only another way to the outputs does better.
+    """
+
+    ratios: Mapping[str, Floats]
+    inaccurate: tuple[str, int] | None
+    far: tuple[str, int] | None
 
 
 class AccuracyGate:
     """Judges realisations by how far rounding of every operation moves the outputs and checks at samples.
 
-    What is said of an output here holds for a check too, which depends on the outputs and the exact inputs.
+    Numbers with exponents are accurate enough in the realisation of the passes, and others are compared
+    with it.  On fixed point that need not be so: what rounding of the inputs and outputs alone does, to which
+    words have no alternative, is the measure for outputs there.  What is said of an output here holds for a
+    check too, which depends on the outputs and the exact inputs, but for its measure: that is always the
+    realisation of the passes.
     """
 
     def __init__(
@@ -38,52 +64,50 @@ class AccuracyGate:
         graph: Graph,
         points: Mapping[str, Floats],
         hard: Mapping[str, Floats] | None = None,
-        guard_bits: int | None = None,
+        words: Words = SINGLE,
+        coarsest: Words = SINGLE,
     ) -> None:
-        """Judge by a realisation that is accurate enough.
+        """Judge by a realisation.
 
         Args:
             problem: the problem, for its checks, and for which outputs are angles.
             graph: the realisation.
             points: an array of shape (n,) for each input.
             hard: the same of further points, at which outputs may move as they like: checks alone are judged.
-            guard_bits: of words between operations that have no exponents, so that an error is as large for
-                all of them: checks are judged by such errors then.  None: words have exponents.
+            words: how numbers are rounded at the least, by which outputs are judged.
+            coarsest: how they are rounded at the most, by which checks are judged.
         """
-        self._guard_bits = guard_bits
         easy = len(next(iter(points.values()), ()))
         if hard is not None:
             points = {name: np.concatenate([column, hard[name]]) for name, column in points.items()}
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
         self._checks = problem.check_graph
-        self._points = points
+        self._points, self._words, self._coarsest = points, words, coarsest
         self._allowed, self._near = {}, {}
-        exact = self._results(graph, all_results(graph, points), points)
-        words = self._of_words({name: exact[name] for name in graph.outputs})
-        for name, moved in self._moved(graph).items():
-            least = np.nan_to_num(words[name])
-            usual = max(float(np.median(moved[:easy])), float(np.median(least[:easy])))
-            self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
+        values = all_results(graph, points)
+        exact = self._results(graph, values, points)
+        alone = self._of_words({name: exact[name] for name in graph.outputs})
+        moved = self._moved(graph)
+        for name, own in moved.items():
+            least = np.nan_to_num(alone[name])
+            usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
+            self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
             if name in self._checks.outputs:
                 self._near[name] = _FAR * np.maximum(least, usual)
-            else:
-                self._allowed[name][easy:] = np.inf
+        if words.fixed:
+            disturbances = Disturbances(words, graph, values)
+            given = self._moved_by(graph, words, inputs_alone=True)
+            for name, value in graph.outputs.items():
+                least = np.hypot(given[name], words.outside * disturbances.step(value.node, value.result))
+                self._allowed[name] = _FIT * np.maximum(least, np.median(least[:easy]))
+        for name in graph.outputs:
+            self._allowed[name][easy:] = np.inf
 
-    def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
-        """Return an output and a sample that rounding moves too far in a graph, None if there is none.
-
-        Of all outputs and samples those that are moved most, compared with what is allowed.
-        """
-        return self.judged(graph)[0]
-
-    def judged(self, graph: Graph) -> tuple[tuple[str, int] | None, tuple[str, int] | None]:
-        """Return what `less_accurate` does, and a check and a sample that rounding moves far.
-
-        Far is much further than is usual, and than rounded words alone would. The realisation that is
-        accurate enough may do so itself: then only another way to the outputs does better.
-        """
+    def judged(self, graph: Graph) -> Judgement:
+        """Return how far rounding moves outputs and checks of a graph."""
         moved = self._moved(graph)
-        return _farthest(moved, self._allowed), _farthest(moved, self._near)
+        ratios = _ratios(moved, self._allowed)
+        return Judgement(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)))
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
@@ -109,7 +133,8 @@ class AccuracyGate:
     ) -> tuple[list[Value], Floats]:
         """Return results, of some those that are used, and how far each moves an output at a sample."""
         wanted = sorted(graph.used_results().intersection(among))
-        guard_bits = self._guard_bits if output in self._checks.outputs else None
+        words = self._coarsest if output in self._checks.outputs else self._words
+        disturbances = Disturbances(words, graph, all_results(graph, self._points))
         columns = {value: column for column, value in enumerate(wanted)}
         numbers = iter(range(len(graph.nodes)))
 
@@ -122,7 +147,7 @@ class AccuracyGate:
                 if column is not None:
                     # The residual of an equation moves its angle much further than rounding does.
                     (inside if node.op == "implicit" else step)[column] = 1.0
-            return disturbed(node, operands, made, inside, outside, guard_bits=guard_bits)
+            return disturbances.disturbed(index, node, operands, made, inside, outside)
 
         # One column for each result, in which it alone is moved, and one in which none is.
         inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
@@ -143,8 +168,9 @@ class AccuracyGate:
 
     def _of_words(self, outputs: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return how far outputs and checks move because words are rounded, whatever makes them."""
-        sizes = {name: np.full_like(x, ROUNDING * np.max(np.abs(x))) for name, x in outputs.items()}
-        steps = sizes | {name: ROUNDING * np.abs(column) for name, column in self._points.items()}
+        rounding = self._coarsest.rounding * self._coarsest.outside
+        sizes = {name: np.full_like(x, rounding * np.max(np.abs(x))) for name, x in outputs.items()}
+        steps = sizes | {name: rounding * np.abs(column) for name, column in self._points.items()}
         words = {**self._points, **outputs}
         exact = self._checked(words)
         squares = {name: np.zeros_like(value) for name, value in exact.items()}
@@ -155,26 +181,32 @@ class AccuracyGate:
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
         """Return how far rounding moves each output and check, as a mean square."""
-        moved = self._moved_by(graph, None)
-        if self._guard_bits is not None and self._checks.outputs:
-            fixed = self._moved_by(graph, self._guard_bits)
-            moved |= {name: fixed[name] for name in self._checks.outputs}
+        moved = self._moved_by(graph, self._words)
+        if self._coarsest != self._words and self._checks.outputs:
+            coarsely = self._moved_by(graph, self._coarsest)
+            moved |= {name: coarsely[name] for name in self._checks.outputs}
         return moved
 
-    def _moved_by(self, graph: Graph, guard_bits: int | None) -> dict[str, Floats]:
-        """Return how far rounding to as many digits as single precision has moves each output and check.
+    def _moved_by(self, graph: Graph, words: Words, *, inputs_alone: bool = False) -> dict[str, Floats]:
+        """Return how far rounding to some words moves each output and check.
 
         Units err as they do: those that turn vectors by the vector's length, angles absolutely.
         """
         generator = np.random.Generator(np.random.PCG64(11))
+        # Against its own exact values: whether they are those of the problem is not judged by samples.
+        values = all_results(graph, self._points)
+        exact = self._results(graph, values, self._points)
+        disturbances = Disturbances(words, graph, values)
+        numbers = iter(range(len(graph.nodes)))
 
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
+            index = next(numbers)
+            if inputs_alone and node.op != "input":
+                return made
             inside = generator.uniform(-1, 1, made[0].shape) if node.op == "implicit" else made[0]
             outside = [generator.uniform(-1, 1, x.shape) for x in made]
-            return disturbed(node, operands, made, inside, outside, guard_bits=guard_bits)
+            return disturbances.disturbed(index, node, operands, made, inside, outside)
 
-        # Against its own exact values: whether they are those of the problem is not judged by samples.
-        exact = self._results(graph, all_results(graph, self._points), self._points)
         # All tries at once: each sample stands in the columns as often as it is tried.
         points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
         moved = {}
@@ -191,14 +223,21 @@ class AccuracyGate:
         return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference
 
 
-def _farthest(moved: Mapping[str, Floats], allowed: Mapping[str, Floats]) -> tuple[str, int] | None:
-    """Return the name and the sample that are moved further than allowed, those that are so most."""
+def _ratios(moved: Mapping[str, Floats], allowed: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return by name how far each sample is moved, compared with what is allowed."""
+    return {
+        name: np.divide(moved[name], limit, out=np.where(moved[name] > 0, np.inf, 0.0), where=limit > 0)
+        for name, limit in allowed.items()
+    }
+
+
+def _farthest(ratios: Mapping[str, Floats]) -> tuple[str, int] | None:
+    """Return the name and the sample whose ratio is largest, None if none is above 1."""
     worst, found = 1.0, None
-    for name, limit in allowed.items():
-        ratios = np.divide(moved[name], limit, out=np.where(moved[name] > 0, np.inf, 0.0), where=limit > 0)
-        sample = int(np.argmax(ratios))
-        if ratios[sample] > worst:
-            worst, found = float(ratios[sample]), (name, sample)
+    for name, column in ratios.items():
+        sample = int(np.argmax(column))
+        if column[sample] > worst:
+            worst, found = float(column[sample]), (name, sample)
     return found
 
 

@@ -14,7 +14,7 @@ from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.problem import Problem
 from cordicc.ir.sampling import draw_with_corners
 from cordicc.ir.well_formed import verify
-from cordicc.rewrite.accuracy_gate import AccuracyGate
+from cordicc.rewrite.accuracy_gate import AccuracyGate, Judgement
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.passes.standard_chains import StandardChains
@@ -29,6 +29,9 @@ _POINTS = 1000
 
 _CLOSER = 5
 """Realisations that are looked at for one that keeps checks close, once there is one to compile."""
+
+_ABOUT = 4.0
+"""How much less accurate a realisation may be anywhere than the most accurate one there, as far as none is."""
 
 _ROUNDS = 6
 """How often alternatives are found anew, by what is known of the checks by then."""
@@ -69,102 +72,155 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
         for step in default_passes(implicit=True):
             base = step.apply(base, replace(context, goal=goal))
         bases.append(base)
-    points = sample_points(problem, bases, _POINTS)
+    points = sample_points(problem, bases, _POINTS, costs.words)
     if points is None:
         words = "all alternatives: too few samples of the inputs have a value"
         return Choice(graph, left_out=(words,) if problem.inputs else ())
-    hard = _hard_points(problem, bases)
-    gate = AccuracyGate(problem, graph, points, hard, None if costs.floating else costs.guard_bits)
+    gate = AccuracyGate(problem, graph, points, _hard_points(problem, bases), costs.words, costs.coarsest)
     asked = any(check.asked for check in problem.checks)
-    search = _Search(problem, graph, gate, costs, context, together=asked)
+    passes = _Tried(of_graph(graph, costs, context.goal), gate.judged(graph), graph)
+    search = _Search(problem, passes, gate, costs, context, together=asked)
     # Fixed point has no digits to spare for products of denominators.
     lift = costs.floating
     for _ in range(_ROUNDS):
         around = Realisations(problem, context, bases, costs, lift, search.apart, search.together)
         search.again = False
-        if (choice := search.among(around)) is not None:
-            return choice
-        if not (lift or search.again):
+        if search.among(around) or not (lift or search.again):
             break
         lift = lift and search.again
-    return search.choice(graph, proven=False)
+    return search.choice()
+
+
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """A realisation with its cost and how accurate it is; `found` is what it came from, None of the passes."""
+
+    cost: tuple[int, ...]
+    judgement: Judgement
+    graph: Graph
+    proven: bool = False
+    found: Found | None = None
+
+    @property
+    def accurate(self) -> bool:
+        """Tell whether rounding moves no output and no check further than is allowed."""
+        return self.judgement.inaccurate is None
+
+    @property
+    def close(self) -> bool:
+        """Tell whether checks stay close to 0 as well."""
+        return self.judgement.far is None
+
+    @property
+    def excess(self) -> float:
+        """The largest of what rounding does, compared with what is allowed."""
+        return max(float(np.max(ratios, initial=0.0)) for ratios in self.judgement.ratios.values())
 
 
 @dataclass(slots=True)
 class _Search:
-    """Takes the cheapest of realisations that is accurate enough.
+    """Takes the cheapest of realisations that is accurate enough, `passes` if there is no better one.
 
+    `tried` are the others of the last round, and `rejected` the costs of those of the rounds before.
     `turned_down` are the checks for which cheaper ones were turned down.  What checks want of realisations is
     learnt of those that are not accurate: `apart` are the operations of the passes' realisation whose results
     must not be scaled, `together` tells whether equations must share roots; `again` that there is more of it.
     """
 
     problem: Problem
-    graph: Graph
+    passes: _Tried
     gate: AccuracyGate
     costs: Costs
     context: PassContext
+    tried: list[_Tried] = field(default_factory=list)
+    rejected: list[tuple[int, ...]] = field(default_factory=list)
     turned_down: dict[str, None] = field(default_factory=dict)
     apart: frozenset[int] = frozenset()
     together: bool = False
     again: bool = False
+    searched: bool = True
     left_out: list[str] = field(default_factory=list)
-    rejected: int = 0
 
-    def among(self, realisations: Realisations) -> Choice | None:
-        """Return the choice; None if others are to be looked at.
+    def among(self, realisations: Realisations) -> bool:
+        """Try some realisations; tell whether others need no look.
 
-        Some were not accurate, and the next one is no cheaper than that of the passes, or checks want more.
+        They do where none was accurate before the next one is no cheaper than that of the passes, and where
+        checks want more.
         """
         self.left_out = realisations.left_out
-        kept: Choice | None = None
-        found, first, more = realisations.best(), True, 0
+        self.rejected += [each.cost for each in self.tried]
+        self.tried = []
+        found, kept, more = realisations.best(), None, 0
         if found is None:
-            self.left_out = self.left_out or [STOPPED]
-            return replace(self.choice(self.graph, proven=False), searched=False)
+            self.left_out, self.searched = self.left_out or [STOPPED], False
+            return True
         while found is not None and more <= _CLOSER:
             made = found.graph if self.costs.implicit else StandardChains().apply(found.graph, self.context)
             verify(made)
-            if kept is None and self._cost(made) >= self._cost(self.graph):
+            cost, first = self._cost(made), not self.tried
+            if first and found.proven and cost >= self.passes.cost:
+                self.passes = replace(self.passes, proven=True)
+            if kept is None and self.passes.accurate and cost >= self.passes.cost:
                 if not first:
-                    return None
-                kept = self.choice(self.graph, found.proven)
-                if self.gate.judged(self.graph)[1] is None:
-                    return kept
-            if kept is not None and self._cost(made)[0] > self._cost(kept.graph)[0]:
+                    return False
+                kept = self.passes
+                if kept.close:
+                    return True
+            if kept is not None and cost[0] > kept.cost[0]:
                 break
-            inaccurate, far = self.gate.judged(made)
-            if inaccurate is None and (kept is None or far is None):
-                kept = self.choice(made, found.proven and kept is None, found)
-                if far is None:
-                    return kept
-            self.rejected += kept is None
-            moved = inaccurate or far
+            each = _Tried(cost, self.gate.judged(made), made, found.proven and kept is None, found)
+            self.tried.append(each)
+            if kept is None and each.accurate:
+                kept = each
+            if each.accurate and each.close:
+                return True
+            moved = each.judgement.inaccurate or each.judgement.far
             assert moved is not None
             if moved[0] in self.problem.check_graph.outputs:
                 self.turned_down[moved[0]] = None
             # In chains of standard units results are no longer those of the search.
             if self.costs.implicit and not self._ban(realisations, found, moved, close=kept is not None):
-                return None
-            found, first, more = realisations.best(), False, more + (kept is not None)
-        return kept
+                return False
+            found, more = realisations.best(), more + (kept is not None)
+        return kept is not None
 
-    def choice(self, graph: Graph, proven: bool, found: Found | None = None) -> Choice:
-        """Return a graph as the choice; `found` is what it came from if it is not that of the passes."""
-        left_out, turned_down = self._words(), tuple(self.turned_down)
-        if found is None:
-            return Choice(graph, proven, searched=True, left_out=left_out, turned_down=turned_down)
-        steps = found.steps if self.costs.implicit else {}
-        return Choice(graph, proven, True, steps, found.facts, left_out, turned_down)
+    def choice(self) -> Choice:
+        """Return the cheapest that is about as accurate everywhere as the best there, with the passes' one.
 
-    def _words(self) -> tuple[str, ...]:
-        """Return what was left out, with how many cheaper realisations were turned down."""
-        if not self.rejected:
-            return tuple(self.left_out)
-        choices = "choice of operations" if self.rejected == 1 else "choices of operations"
-        said = (
-            f"{self.rejected} cheaper {choices}, with which rounding would move an output or a check too far"
+        On fixed point no words may be as fine as is allowed, so that it need not be accurate enough.
+        Where it moves a check far, one that does not and takes no more of what costs first is better.
+        """
+        every = sorted([self.passes, *self.tried], key=lambda each: each.cost)
+        least = {
+            name: np.min([each.judgement.ratios[name] for each in every], axis=0)
+            for name in self.passes.judgement.ratios
+        }
+        fitting = [
+            each
+            for each in every
+            if all(np.all(each.judgement.ratios[n] <= np.maximum(1.0, _ABOUT * least[n])) for n in least)
+        ]
+        best = fitting[0] if fitting else min(every, key=lambda each: each.excess)
+        close = [each for each in fitting if each.close and each.cost[0] <= best.cost[0]]
+        best = close[0] if close else best
+        found = best.found
+        return Choice(
+            best.graph,
+            best.proven,
+            self.searched,
+            found.steps if found is not None and self.costs.implicit else {},
+            found.facts if found is not None else (),
+            self._words(best),
+            tuple(self.turned_down),
         )
+
+    def _words(self, chosen: _Tried) -> tuple[str, ...]:
+        """Return what was left out, with how many cheaper realisations were turned down."""
+        count = sum(cost < chosen.cost for cost in [*self.rejected, *(each.cost for each in self.tried)])
+        if not count:
+            return tuple(self.left_out)
+        choices = "choice of operations" if count == 1 else "choices of operations"
+        said = f"{count} cheaper {choices}, with which rounding would move an output or a check too far"
         return (*self.left_out, said)
 
     def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], *, close: bool) -> bool:

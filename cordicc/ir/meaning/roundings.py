@@ -1,26 +1,72 @@
 """First-order bounds of how far rounding moves a value, on sample points, in units of the rounding.
 
 Every operation rounds its result, and passes on the errors of its operands times the absolute values of
-its partial derivatives.
+its partial derivatives.  Numbers with exponents are rounded relative to themselves; a fixed-point word has one
+step for all that it holds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
 from cordicc.base.arrays import Floats
-from cordicc.ir.graph import Param
+from cordicc.ir.graph import Node, Param
 from cordicc.ir.ops import OPS
 
 Errors = tuple[Floats, ...]
 _Arrays = Sequence[Floats]
 
 
-def errors(op: str, params: Sequence[Param], values: _Arrays, moved: _Arrays, made: _Arrays) -> Errors:
+@dataclass(frozen=True, slots=True)
+class Words:
+    """How numbers are rounded.
+
+    Attributes:
+        rounding: half a last place of a number of size 1, in a word between operations.
+        outside: how many such roundings one of an input or output is.
+        fixed: words have one step for all that they hold.
+    """
+
+    rounding: float = 2.0**-24
+    outside: float = 1.0
+    fixed: bool = False
+
+    def steps(self, node: Node, made: Sequence[Floats]) -> Errors:
+        """Return how far each result of an operation is rounded, given it on all samples, in roundings."""
+        if not self.fixed:
+            return tuple(np.abs(x) for x in made)
+        angles = {node.angle, node.hyperbolic_angle}
+        # Finer words than for +-1/2 would only show the error of the unit that made an angle.
+        held = [np.fmax.reduce(np.abs(x), initial=_ANGLE * (i in angles)) for i, x in enumerate(made)]
+        finer = self.outside if node.op == "input" else 1.0
+        return tuple(finer * _power_above(size) for size in held)
+
+
+SINGLE = Words()
+"""Those of single precision."""
+
+_ANGLE = 0.5
+
+
+def _power_above(size: Floats) -> Floats:
+    """Return the least power of two that is no less than a number, 0 for 0."""
+    fraction, exponent = np.frexp(np.asarray(size, dtype=np.float64))
+    return np.ldexp(np.ceil(fraction), exponent - (fraction == 0.5))
+
+
+def errors(
+    op: str,
+    params: Sequence[Param],
+    values: _Arrays,
+    moved: _Arrays,
+    made: _Arrays,
+    steps: _Arrays,
+) -> Errors:
     """Return the error bound of every result; inputs and constants carry one rounding.
 
     Args:
@@ -29,12 +75,13 @@ def errors(op: str, params: Sequence[Param], values: _Arrays, moved: _Arrays, ma
         values: its operands on the samples.
         moved: the error bounds of the operands.
         made: its results.
+        steps: how far each of them is rounded, see `Words.steps`.
     """
     with np.errstate(all="ignore"):
         passed = ERRORS[op](values, moved, made, **OPS[op].named(params))
         if op in EXACT:
             return passed
-        return tuple(p + np.abs(x) for p, x in zip(passed, made, strict=True))
+        return tuple(p + step for p, step in zip(passed, steps, strict=True))
 
 
 def _none(v: _Arrays, e: _Arrays, made: _Arrays, **params: Param) -> Errors:

@@ -41,6 +41,27 @@ def factors_of(store: Store, poly: Poly) -> frozenset[Key] | None:
     return frozenset(factor for factor in factors if factor not in store.field.definite)
 
 
+def zeros_of(store: Store, value: Value) -> frozenset[Key] | None:
+    """Return irreducible factors of which one is 0 where a value is 0; None if they cannot be told.
+
+    A root is 0 where its radicand is.
+    """
+    element = store.element(value)
+    todo = [] if element is None else [element.num]
+    found: set[Key] = set()
+    while todo:
+        poly = todo.pop()
+        if len(poly) > _TERMS:
+            return None
+        for base, _ in store.field.factors(poly)[1]:
+            root = store.field.radicands.get(next(store.field.generators(base)))
+            if root is not None and len(base) == 1:
+                todo.append(root)
+            else:
+                found.add(Key(monic(base)[1]))
+    return frozenset(factor for factor in found if factor not in store.field.definite) or None
+
+
 def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[Key]] | None:
     """Return the sign of the constant and the factors that decide the sign of a polynomial.
 
@@ -71,6 +92,8 @@ def is_square(store: Store, poly: Poly) -> bool:
     """
     if len(poly) > _TERMS:
         return False
+    if store.is_known_square_sum(poly):
+        return True
     constant, factors = store.field.factors(poly)
     sign = 1 if constant > 0 else -1
     for base, exponent in factors:

@@ -11,7 +11,7 @@ from cordicc.rewrite.exact.constants import Constants
 from cordicc.rewrite.exact.field import Element, monic
 from cordicc.rewrite.exact.known_values import KnownValues
 from cordicc.rewrite.exact.radicands import square_root, under_root
-from cordicc.rewrite.exact.signs import Signs
+from cordicc.rewrite.exact.signs import Signs, never_negative
 
 _LONG = 8
 """Terms of the longest elements that are not worth a generator of their own."""
@@ -108,7 +108,7 @@ class ElementFinder:
     def _sign_element(self, value: Value) -> Element:
         """Return 1 or -1 where the sign is known, else a generator with square 1."""
         interval = self._known.range(value)
-        if interval is not None and interval.lo >= 0:
+        if never_negative(interval):
             return self._field.number(Fraction(1))
         if interval is not None and interval.hi < 0:
             return self._field.number(Fraction(-1))

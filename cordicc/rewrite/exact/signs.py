@@ -11,9 +11,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cordicc.ir.graph import Value
+from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, monic
 from cordicc.rewrite.exact.keys import Key
 from cordicc.rewrite.exact.known_values import EnclosedValues
+
+
+_ROUNDED = 2.0**-50
+"""What an enclosure of a value that is nowhere negative may reach below 0 by its own rounding, of the largest."""
+
+
+def never_negative(interval: Interval | None) -> bool:
+    """Tell whether a range is that of a value that is nowhere negative, but for the rounding of its ends.
+
+    The cosine of angles up to 90 deg has such a range, as no double is 90 deg.
+    """
+    return interval is not None and interval.lo >= -_ROUNDED * interval.hi
 
 
 class Signs:

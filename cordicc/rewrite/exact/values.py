@@ -18,15 +18,15 @@ from cordicc.ir.graph import Node, Param, Value, factored
 from cordicc.ir.meaning.doubles import results
 from cordicc.ir.meaning.enclosures import result_ranges as enclose
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.ir.meaning.roundings import errors
+from cordicc.ir.meaning.roundings import SINGLE, Words, errors
 from cordicc.rewrite.exact.algebra import ValueAlgebra
 from cordicc.rewrite.exact.angle_rotors import Rotors
 from cordicc.rewrite.exact.constants import Constants
 from cordicc.rewrite.exact.elements import ElementFinder, long_parts
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, TooLarge
-from cordicc.rewrite.exact.keys import ElementKey
+from cordicc.rewrite.exact.keys import ElementKey, Key
 from cordicc.rewrite.exact.polynomials import Polynomials
-from cordicc.rewrite.exact.signs import Signs, is_square_sum
+from cordicc.rewrite.exact.signs import Signs, is_square_sum, never_negative
 
 _CLEARLY = 1e-6
 """A value of this size, beside the largest one on the samples, is no rounding error."""
@@ -35,8 +35,15 @@ _CLEARLY = 1e-6
 class Store:
     """Values and facts about them; `make` adds an operation."""
 
-    def __init__(self, field: Field, ranges: Mapping[str, Interval], samples: Mapping[str, Floats]) -> None:
+    def __init__(
+        self,
+        field: Field,
+        ranges: Mapping[str, Interval],
+        samples: Mapping[str, Floats],
+        words: Words = SINGLE,
+    ) -> None:
         self.field = field
+        self._words = words
         self.algebra = ValueAlgebra()
         self.reason: tuple[str, ...] = ()
         self.why: dict[int, tuple[str, ...]] = {}
@@ -61,6 +68,8 @@ class Store:
         self.turns: list[tuple[Value, Value]] = []
         self.angles: set[Value] = set()
         self.domains: dict[Value, list[Value]] = {}
+        self.sizes: dict[tuple[Value, Value], Value] = {}
+        self._square_sums: set[Key] = set()
 
     # -- building ---------------------------------------------------------------------------------
 
@@ -176,9 +185,27 @@ class Store:
         """Record that the unit of one angle has a value exactly where that of another has."""
         self.domains.setdefault(angle, []).append(other)
 
+    def know_size(self, x: Value, y: Value, size: Value) -> None:
+        """Note a value that is 0 exactly where the vector (x, y) is; a guard may take it."""
+        self.sizes[x, y] = size
+
+    def size(self, x: Value, y: Value) -> Value | None:
+        """Return a value that is 0 exactly where the vector (x, y) is, if one is known."""
+        legs = {self.find(x), self.find(y)}
+        found = (size for vector, size in self.sizes.items() if {self.find(v) for v in vector} == legs)
+        return next(found, None)
+
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value; cosines and sines as displayed."""
         return self.polynomials.affine(poly)
+
+    def know_square_sum(self, poly: Poly) -> None:
+        """Note a polynomial that is a sum of squares, nowhere negative whatever the values are."""
+        self._square_sums.add(Key(poly))
+
+    def is_known_square_sum(self, poly: Poly) -> bool:
+        """Tell whether a polynomial was found to be a sum of squares."""
+        return Key(poly) in self._square_sums
 
     # -- signs ------------------------------------------------------------------------------------
 
@@ -249,7 +276,7 @@ class Store:
             name = node.name
             self._ranges.append((self._inputs[name],))
             self._numbers.append((self._samples[name],))
-            self._errors.append((np.abs(self._samples[name]),))
+            self._errors.append(self._words.steps(node, self._numbers[-1]))
         else:
             ranges = [self.range(v) for v in node.operands]
             known = [r for r in ranges if r is not None]
@@ -260,7 +287,8 @@ class Store:
             made = results(node.op, node.params, operands, self._count)
             self._numbers.append(made)
             moved = [self.error(v) for v in node.operands]
-            self._errors.append(errors(node.op, node.params, operands, moved, made))
+            steps = self._words.steps(node, made)
+            self._errors.append(errors(node.op, node.params, operands, moved, made, steps))
         self._elements.append((None,) * width)
         self._annotate_elements(index)
         for result in range(width):
@@ -322,6 +350,9 @@ class Store:
         element = self.element(value)
         if element is None or len(element.num) > LOOKUP_TERMS:
             return
+        inside = self.range(node.operands[0]) if node.op == "abs" else None
+        if inside is not None and never_negative(inside) and inside.lo < 0:
+            return  # equal but for rounding, against which the absolute value is taken
         self.union(value, self._by_key.setdefault(element.key, value))
         self._signs.know(element, self.sign(value), self._unconditional_sign(value))
         poly = self.field.display(element)

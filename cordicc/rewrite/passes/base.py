@@ -21,12 +21,14 @@ class PassContext:
 
     `floating`: numbers have exponents, so that large values do not cost small ones their digits.
     `effort`: the work of a search, as a multiple of the usual.
+    `careful`: digits are kept wherever a realisation can keep them, whatever it takes.
     """
 
     inputs: Mapping[str, Interval]
     goal: str = "processors"
     floating: bool = True
     effort: float = 1.0
+    careful: bool = False
 
     def ranges(self, graph: Graph) -> Ranges:
         """Return enclosures of every result of every node."""

@@ -1,4 +1,4 @@
-"""Drop selections whose condition has one sign over all inputs."""
+"""Drop selections whose condition has one sign over all inputs, and max(s, 0) and |s| of sums of squares."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ class _Enclosed:
 
 @dataclass(frozen=True, slots=True)
 class Selections:
-    """select(s, a, b) is a where s >= 0 by its range or as a sum of squares, b where s < 0."""
+    """select(s, a, b) is a where s >= 0 by its range or as a sum of squares, b where s < 0.
+
+    max(s, c) with c <= 0, and |s|, are s where s is a sum of squares, which no rounding makes negative.
+    """
 
     name: str = "selections"
 
@@ -39,6 +42,9 @@ class Selections:
         known = _Enclosed(graph, context.ranges(graph))
 
         def rule(site: Site) -> tuple[Value, ...] | None:
+            if site.node.op in ("max", "abs"):
+                kept = _bounded(known, site.node)
+                return None if kept is None else (site.operands[kept],)
             if site.node.op != "select":
                 return None
             condition, first, second = site.node.operands
@@ -56,6 +62,36 @@ class Selections:
             return (value,)
 
         return transform(graph, rule)
+
+
+def _bounded(known: _Enclosed, node: Node) -> int | None:
+    """Return the operand that a maximum or an absolute value is, if it is a sum of squares."""
+    numbers = [known.graph.constant(v) for v in node.operands]
+    for at, value in enumerate(node.operands):
+        others = numbers[:at] + numbers[at + 1 :]
+        if all(n is not None and n <= 0 for n in others) and _never_below_zero(known, value, _DEPTH):
+            return at
+    return None
+
+
+def _never_below_zero(known: _Enclosed, value: Value, depth: int) -> bool:
+    """Tell whether a value is not negative however what it is made of is rounded."""
+    node = known.node(value)
+    match node.op:
+        case "sqrt" | "hypot" | "abs":
+            return True
+        case "mul" if node.operands[0] == node.operands[1]:
+            return True
+        case "const":
+            return node.number >= 0
+        case "input":
+            interval = known.range(value)
+            return interval is not None and interval.lo >= 0
+        case "cmul" if node.factor < 0:
+            return False
+        case "add" | "mul" | "cmul" | "shift":
+            return depth > 0 and all(_never_below_zero(known, v, depth - 1) for v in node.operands)
+    return False
 
 
 def _same_domain(a: Node, b: Node) -> bool:

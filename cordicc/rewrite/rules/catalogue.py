@@ -10,7 +10,8 @@ from __future__ import annotations
 from cordicc.rewrite.rules.angle_sums import ANGLE_SUMS
 from cordicc.rewrite.rules.circles import CIRCLES
 from cordicc.rewrite.rules.common_denominators import COMMON_DENOMINATORS
-from cordicc.rewrite.rules.factor_orders import FACTOR_ORDERS
+from cordicc.rewrite.rules.completed_squares import COMPLETED_SQUARES
+from cordicc.rewrite.rules.factor_orders import FACTOR_ORDERS, QUOTIENT_ORDERS
 from cordicc.rewrite.rules.forms import FORMS
 from cordicc.rewrite.rules.frames import FRAMES
 from cordicc.rewrite.rules.half_sums import HALF_SUMS
@@ -20,8 +21,10 @@ from cordicc.rewrite.rules.multiples import MULTIPLES
 from cordicc.rewrite.rules.norms import NORM_CHAINS, NORMS
 from cordicc.rewrite.rules.offsets import OFFSETS
 from cordicc.rewrite.rules.perfect_squares import PERFECT_SQUARES
+from cordicc.rewrite.rules.polar_vectors import SHARES_OF_NORMS, TURNED_VECTORS
 from cordicc.rewrite.rules.principal_values import PRINCIPAL_VALUES
 from cordicc.rewrite.rules.product_pairs import PRODUCT_PAIRS
+from cordicc.rewrite.rules.root_chains import ROOT_CHAINS
 from cordicc.rewrite.rules.roots_of_products import ROOTS_OF_PRODUCTS
 from cordicc.rewrite.rules.rotation_chains import ROTATION_CHAINS
 from cordicc.rewrite.rules.rule import Rule
@@ -37,8 +40,13 @@ RULES: tuple[Rule, ...] = (
     FRAMES,
     PRINCIPAL_VALUES,  # takes the equations of circles and frames too
     PERFECT_SQUARES,
-    UNIT_VECTORS,
-    OFFSETS,
+    COMPLETED_SQUARES,
+    ROOT_CHAINS,
+    QUOTIENT_ORDERS,
+    UNIT_VECTORS,  # of quotients that come from orders too
+    SHARES_OF_NORMS,
+    TURNED_VECTORS,
+    OFFSETS,  # of these rotations too
     VECTOR_SUMS,
     SHARED_ROOTS,
     COMMON_DENOMINATORS,  # lifts every vectoring and equation that is there by now

@@ -1,15 +1,22 @@
-"""Products of three factors share a product of two."""
+"""Products of three factors share a product of two, and products that are divided share a quotient."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from fractions import Fraction
 from itertools import permutations
 
 from cordicc.ir.graph import Value
+from cordicc.rewrite.exact.terms import product_of
+from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules.rule import Given, Rule
 
 _MOST = 400
 """Products that are looked at."""
+
+_NODES = 4_000
+"""With more operations than these no quotients are added."""
 
 
 def _add_orders(given: Given) -> None:
@@ -39,6 +46,43 @@ def _add_orders(given: Given) -> None:
 def _pairs(key: tuple[Value, Value, Value]) -> set[tuple[Value, Value]]:
     a, b, c = key
     return {(a, b), (a, c), (b, c)}
+
+
+def _add_quotients(given: Given) -> None:
+    """Add a product with a quotient, or the quotient of a product, with each other factor divided."""
+    store = given.store
+    zero = store.const(0)
+    for index, node in enumerate(tuple(store.algebra.nodes)):
+        value = Value(index, 1) if node.op == "vector" and node.m == 0 else Value(index)
+        if node.op not in ("vector", "mul") or len(store.algebra.nodes) > _NODES:
+            continue
+        for below, factor, factors in _quotients(store, value):
+            store.begin(node.origin)
+            for at, part in enumerate(factors if len(factors) > 1 else ()):
+                product = store.make("vector", (below, part, zero), (0, 1))[1]
+                for other in factors[:at] + factors[at + 1 :]:
+                    product = store.mul(product, other)
+                store.union(value, store.scale(factor, product))
+
+
+def _quotients(store: Store, value: Value) -> Iterator[tuple[Value, Fraction, tuple[Value, ...]]]:
+    """Yield divisors, and what is divided as a product, of which a value is the quotient."""
+    nodes = store.algebra.nodes
+    factor, factors = product_of(nodes, value)
+    for at, part in enumerate(factors):
+        node = store.node(part)
+        if node.op == "vector" and node.m == 0 and part.result == 1 and store.constant(node.operands[2]) == 0:
+            below, above, _ = node.operands
+            own, inner = product_of(nodes, above)
+            yield below, factor * own, factors[:at] + factors[at + 1 :] + inner
+
+
+QUOTIENT_ORDERS = Rule(
+    name="orders of factors and quotients",
+    mathematics="(a b)/d = a (b/d) = b (a/d)",
+    apply=_add_quotients,
+    words="a product divided: another one of its factors is",
+)
 
 
 FACTOR_ORDERS = Rule(

@@ -17,6 +17,7 @@ from cordicc.rewrite.exact.demands import (
     proven,
     root_demands,
     root_proven,
+    zeros_of,
 )
 from cordicc.rewrite.exact.field import Element
 from cordicc.rewrite.exact.values import Store
@@ -89,16 +90,20 @@ def _of_node(
         subject, condition = operands[1], node.condition
         if condition != "any" and not holds(store, subject, condition):
             subject = _numerator(store, choice, subject) if condition == "nonzero" else subject
-            yield Requirement((), choice.class_of(subject), condition)
+            yield Requirement((), _provided(choice, subject), condition)
         return
     if op == "vector" and node.m == 0:
         if not holds(store, operands[0], "nonzero"):
             subject = _numerator(store, choice, operands[0])
-            yield Requirement(same, choice.class_of(subject), "nonzero")
+            zeros = zeros_of(store, operands[0])
+            # A vectoring whose angle is taken refuses a vector of which all of these would be 0.
+            told = () if zeros is None else _offering(offers, lambda other: zeros <= other.nonzero)
+            met = {*same, *_dividing(offers, choice.class_of(operands[0])), *told}
+            yield Requirement(tuple(sorted(met)), _provided(choice, subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
         if op == "implicit" or any(v.result == node.angle for v in results):
-            yield from _circular(store, offers, op, operands, same)
+            yield from _circular(store, choice, offers, op, operands, same)
         return
     if op == "implicit" and always_solvable(store, operands):
         return
@@ -114,6 +119,19 @@ def _of_node(
     yield Requirement(same, None, "any")
 
 
+def _provided(choice: Alternatives, value: Value) -> int | None:
+    """Return the class of a value that a guard may take, None if nothing yields it."""
+    k = choice.class_of(value)
+    return k if k in choice.providers else None
+
+
+def _dividing(offers: _Offers, divisor: int) -> Iterable[tuple[int, int]]:
+    """Yield (class, option) for the quotients by a divisor."""
+    for number, option, _ in offers:
+        if option.op == "vector" and option.m == 0 and option.operands[0] == divisor:
+            yield from ((k, number) for k in option.results[1])
+
+
 def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:
     """Return a value that is 0 where this one is: its numerator, if something makes that, else itself."""
     element = store.element(value)
@@ -127,7 +145,12 @@ def _numerator(store: Store, choice: Alternatives, value: Value) -> Value:
 
 
 def _circular(
-    store: Store, offers: _Offers, op: str, operands: Sequence[Value], same: tuple[tuple[int, int], ...]
+    store: Store,
+    choice: Alternatives,
+    offers: _Offers,
+    op: str,
+    operands: Sequence[Value],
+    same: tuple[tuple[int, int], ...],
 ) -> Iterable[Requirement]:
     nonzero, real = proven(store, op, operands)
     demands = circle_demands(store, op, operands)
@@ -135,9 +158,11 @@ def _circular(
         if not (nonzero and real):
             yield Requirement(same, None, "any")
         return
+    size = store.size(operands[0], operands[1])
+    subject = None if size is None else _provided(choice, size)
     for factor in () if nonzero else sorted(demands.nonzero):
         met = {*same, *_offering(offers, lambda other, f=factor: f in other.nonzero)}  # type: ignore[misc]
-        yield Requirement(tuple(sorted(met)), None, "nonzero")
+        yield Requirement(tuple(sorted(met)), subject, "nonzero")
     if op == "implicit" and not real and not demands.square:
         (radicand,) = demands.radicands
         met = {*same, *_offering(offers, lambda other: radicand in other.radicands)}

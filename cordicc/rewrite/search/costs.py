@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.ir.graph import Graph
+from cordicc.ir.meaning.roundings import Words
+from cordicc.targets.sized import most_guard_bits
 from cordicc.targets.target import Target
 
 UNITS = ("rotate", "vector", "lightcone", "implicit")
@@ -24,28 +26,29 @@ class Costs:
     """Latency in cycles and area in tenths of adders by kind of unit.
 
     `implicit`: implicit CAUs may be used; else such an operation is a chain of three standard ones, or of
-    two if one of its coefficients is 0.  `floating`: numbers have exponents, so that values may be scaled
-    by common denominators; else words between operations have `guard_bits` more than those outside.
-    `preferred`: few standard CAUs come before every goal.
+    two if one of its coefficients is 0.  `words`: how numbers are rounded, with as many guard bits as there
+    may be; `coarsest`: the same with the fewest.  `preferred`: few standard CAUs come before every goal.
     """
 
     latency: dict[str, int]
     area: dict[str, int]
     implicit: bool = True
-    floating: bool = True
+    words: Words = field(default_factory=Words)
+    coarsest: Words = field(default_factory=Words)
     preferred: bool = False
-    guard_bits: int = 0
 
     @classmethod
     def of(cls, target: Target, *, implicit: bool, preferred: bool = False) -> Costs:
         """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        system = target.machine().system
-        if not isinstance(system, FixedSystem):
-            return cls(latency, area, implicit, True, implicit and preferred)
-        guard = _GUARD_BITS if target.guard_is_open else system.guard_bits
-        return cls(latency, area, implicit, False, implicit and preferred, guard)
+        fewest, most = _words(target)
+        return cls(latency, area, implicit, most, fewest, implicit and preferred)
+
+    @property
+    def floating(self) -> bool:
+        """Tell whether numbers have exponents, so that values may be scaled by common denominators."""
+        return not self.words.fixed
 
     def caus(self, op: str, zero_coefficient: bool = False) -> int:
         """Return how many CAUs an operation takes."""
@@ -66,6 +69,20 @@ class Costs:
             kind = "implicit" if op == "implicit" and self.implicit else "standard"
             return caus * self.area[kind]
         return self.area[_KINDS.get(op, "sign")] if op not in ("input", "const") else 0
+
+
+def _words(target: Target) -> tuple[Words, Words]:
+    """Return the words of a target, with as few guard bits as it may have and with as many."""
+    system = target.machine().system
+    if not isinstance(system, FixedSystem):
+        return Words(), Words()
+    width, most = system.width_bits, system.guard_bits
+    fewest = most
+    if target.guard_is_open:
+        most = most_guard_bits(width)
+        fewest = min(_GUARD_BITS, most)
+    few, many = (Words(2.0 ** -(width + guard), 2.0**guard, fixed=True) for guard in (fewest, most))
+    return few, many
 
 
 def of_graph(graph: Graph, costs: Costs, goal: str) -> tuple[int, ...]:

@@ -6,14 +6,15 @@ modulo 2 pi, which is all that a rotation, a wrap and a sum inside one of them a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from cordicc.base.arrays import Floats
-from cordicc.ir.graph import Param, Value
+from cordicc.ir.graph import Param, Value, factored
 from cordicc.ir.ops import OPS
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.passes.wraps import INSIDE
@@ -22,8 +23,10 @@ _LARGEST = 2.0**96
 """Far within the range of single precision, whose exponents end at 127."""
 
 _SUMS = ("add", "sub", "neg")
+_LINEAR = ("add", "sub", "neg", "cmul", "shift")
 _USUAL = 4.0
-"""How many times the error bound of the median sample is allowed to an output anywhere."""
+"""How many times the error bound of the median sample is allowed to an output anywhere, or one rounding of
+the largest, if that is more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +59,16 @@ class Option:
 
 Way = tuple[str, tuple[Param, ...], tuple[int, ...], int]
 """Operation, parameters, classes of the operands, and the number of the result."""
+
+
+class Worse(NamedTuple):
+    """How many times the error bound of a value in the realisation of the passes an operation is allowed.
+
+    `than_any`: that of the most accurate operation that yields it instead.
+    """
+
+    times: float
+    than_any: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +126,14 @@ def alternatives(
     certain: int,
     outputs: Mapping[str, Value],
     extra: Iterable[Value],
-    worse: float,
+    worse: Worse,
     banned: Collection[Value] = (),
 ) -> Alternatives:
     """Return all that may compute the outputs, and `extra` values that a guard may want.
 
-    The first `certain` nodes of the store are the realisation to be no less accurate than: a result that is
-    one of its values, with a bound of the rounding error more than `worse` times as large, is left out, and
-    so are the results in `banned` and those that are made the same way.
+    The first `certain` nodes of the store are the realisation to be no less accurate than: of another
+    operation those results are left out that are one of its values with a bound of the rounding error that
+    is more than `worse` times as large, and so are those in `banned` and those that are made the same way.
     """
     classes = Classes(store)
     options: list[Option] = []
@@ -132,15 +145,18 @@ def alternatives(
         for result, way in enumerate(option.ways())
         if option.value(result) == value
     }
-    for index in range(len(store.algebra.nodes)):
-        made = _options(store, classes, index)
-        if index < certain:
-            _remember(store, made[:1], least)
+    every = [_options(store, classes, index) for index in range(certain)]
+    _remember(store, [made[0] for made in every if made], least)
+    _ease(store, classes, outputs.values(), least, worse.times)
+    every += [_options(store, classes, index) for index in range(certain, len(store.algebra.nodes))]
+    if worse.than_any:
+        _remember(store, [made[0] for made in every[certain:] if made], least)
+        _ease(store, classes, outputs.values(), least, worse.times)
+    for index, made in enumerate(every):
+        if index < certain and not worse.than_any:
             options += [_without(o, lambda value, _: value in banned) for o in made]
-            if index == certain - 1:
-                _ease(classes, outputs.values(), least, worse)
         else:
-            good = [_accurate(store, o, least, worse) for o in made if _moderate(store, o)]
+            good = [_accurate(store, o, least, worse.times) for o in made if _moderate(store, o)]
             options += [_without(o, lambda _, way: way in ways) for o in good]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
@@ -179,14 +195,34 @@ def _remember(store: Store, options: list[Option], least: dict[int, Floats]) -> 
                 least[k] = np.fmin(least[k], error) if k in least else error
 
 
-def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float) -> None:
-    """Let the results themselves have the error bound that is usual over the samples, everywhere."""
-    for k in {classes.exact(v) for v in outputs} & set(least):
-        if not np.isnan(least[k]).all():
-            least[k] = np.fmax(least[k], np.nanmedian(least[k]) * (_USUAL / worse))
+def _ease(
+    store: Store, classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], worse: float
+) -> None:
+    """Let the results themselves have the error bound that is usual over the samples, everywhere.
+
+    So may what they are sums and multiples of, where nothing else takes it.
+    """
+    nodes = tuple(store.algebra.nodes)
+    users = Counter(v for node in nodes for v in set(node.operands))
+    for output in set(outputs):
+        known = least.get(classes.exact(output))
+        if known is None or np.isnan(known).all():
+            continue
+        usual = max(float(np.nanmedian(known)), float(np.nanmax(np.abs(store.numbers(output)))))
+        todo = [(output, usual * (_USUAL / worse))]
+        while todo:
+            value, allowed = todo.pop()
+            for k in (classes.exact(value), classes.turn(value)):
+                if k in least:
+                    least[k] = np.fmax(least[k], allowed)
+            node = store.node(value)
+            factor = abs(float(factored(nodes, value)[0])) if node.op in ("cmul", "shift") else 1.0
+            if node.op in _LINEAR and factor:
+                inner = factored(nodes, value)[1:] if node.op in ("cmul", "shift") else node.operands
+                todo += [(v, allowed / factor) for v in inner if users[v] == 1]
 
 
-def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> Option:
+def _accurate(store: Store, option: Option, least: Mapping[int, Floats], worse: float) -> Option:
     """Return an option without the results that are less accurate than they may be."""
 
     def inaccurate(value: Value, way: Way) -> bool:

@@ -14,15 +14,17 @@ from cordicc.rewrite.rules.rule import Given
 from cordicc.rewrite.search.conditions import requirements
 from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.extraction import extract
-from cordicc.rewrite.search.options import Classes, alternatives
+from cordicc.rewrite.search.options import Classes, Worse, alternatives
 from cordicc.rewrite.search.rebuilding import facts_of, rebuild
-from cordicc.rewrite.search.start import fill, sample_points
+from cordicc.rewrite.search.start import Filled, fill, sample_points
 
 _NODES = 400
-_WORSE = (16.0, 16.0, 16.0, 8.0, 4.0)
-"""How many times the error bound of a value in the realisation of the passes an operation is allowed.
+_WORSE = tuple(Worse(times) for times in (16.0, 16.0, 16.0, 8.0, 4.0))
+"""What is allowed to an operation; each is tried anew only if something was banned since."""
 
-Each is tried anew only if something was banned since."""
+_WORSE_FIXED = (Worse(256.0), Worse(16.0), *(Worse(times, than_any=True) for times in (64.0, 16.0, 4.0)))
+"""The same on fixed point: words of one step everywhere blur how much of an error an output sees, and what
+the passes make need not be accurate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,18 +73,21 @@ class Realisations:
         """
         self._problem, self._context, self._graph, self._costs = problem, context, graphs[0], costs
         self.lift = lift
-        self._allowed = list(_WORSE)
-        self._tried = 0.0
+        self._allowed = list(_WORSE if costs.floating else _WORSE_FIXED)
+        self._first = True
+        self._tried: Worse | None = None
         self._banned: set[Value] = set()
         self._filled = None
         work, nodes = max(1.0, context.effort), sum(len(g.nodes) for g in graphs)
         self.left_out: list[str] = []
         """What the alternatives lack, in words."""
-        points = sample_points(problem, graphs) if problem.inputs and nodes <= _NODES * work else None
+        points = None
         if nodes > _NODES * work:
             self.left_out.append(f"all alternatives: {nodes} operations, too many for {at_effort(work)}")
+        elif problem.inputs:
+            points = sample_points(problem, graphs, words=costs.words)
         if points is not None:
-            self._filled = fill(problem, context.inputs, graphs, points, work)
+            self._filled = fill(problem, context.inputs, graphs, points, costs.words, work)
             if self._filled is None:
                 self.left_out.append(f"all alternatives: too many variables for {at_effort(work)}")
         if self._filled is not None:
@@ -164,7 +169,7 @@ class Realisations:
         banned = {*self._banned, found.sources[value]}
         if value not in self.may_be_banned(found) and not self._possible(banned):
             return False
-        self._banned, self._tried = banned, 0.0
+        self._banned, self._tried = banned, None
         return True
 
     def _possible(self, banned: Collection[Value]) -> bool:
@@ -182,23 +187,32 @@ class Realisations:
         """Return the values that guards may want."""
         assert self._filled is not None
         partial = [node for node in self._graph.nodes if node.definition.partial]
-        return [self._filled.moved[0][v.node][v.result] for node in partial for v in node.operands]
+        operands = [self._filled.moved[0][v.node][v.result] for node in partial for v in node.operands]
+        return [*operands, *self._filled.store.sizes.values()]
 
     def best(self) -> Found | None:
         """Return the best realisation without what is banned, None if the work limits end or all was tried.
 
         Where nothing is banned after one, fewer roundings are allowed to every value in the next.
         """
-        while self._allowed and self._allowed[0] == self._tried:
-            self._allowed.pop(0)
-        if self._filled is None or not self._allowed:
+        while self._filled is not None and self._allowed:
+            worse = self._allowed.pop(0)
+            if worse == self._tried:
+                continue
+            self._tried = worse
+            found = self._found(self._filled, worse)
+            # Where even the passes' operations may be left out, what is left need not do.
+            if found is not None or not worse.than_any:
+                return found
+        return None
+
+    def _found(self, filled: Filled, worse: Worse) -> Found | None:
+        """Return the best realisation of operations with some accuracy, if there is one."""
+        first, self._first = self._first, False
+        store, moved, certain = filled.store, filled.moved[0], filled.certain
+        choice = alternatives(store, certain, filled.outputs, self._subjects(), worse, self._banned)
+        if not all(k in choice.providers for k in choice.wanted.values()):
             return None
-        first = len(self._allowed) == len(_WORSE)
-        self._tried = self._allowed.pop(0)
-        store, moved, certain = self._filled.store, self._filled.moved[0], self._filled.certain
-        choice = alternatives(
-            store, certain, self._filled.outputs, self._subjects(), self._tried, self._banned
-        )
         store.begin("")
         needs = requirements(store, self._graph, moved, choice)
         conditions = frozenset(store.field.touched)

@@ -68,15 +68,18 @@ def rebuild(
     kept = outputs[first]
     used = _used(builder, outputs.values())
     chosen_guards = set(extraction.guards)
+    guarded: set[tuple[Value, str]] = set()
     for index, need in enumerate(needs):
-        met = next(((k, o) for k, o in need.met_by if extraction.provider.get(k) == o), None)
-        if met is not None:
-            subject, condition = value_of(met[0]), "any"
+        met = [value_of(k) for k, o in need.met_by if extraction.provider.get(k) == o]
+        if met:
+            # One that an output takes anyway needs no guard.
+            subject, condition = next((v for v in met if v in used), met[0]), "any"
         elif index in chosen_guards and need.subject is not None:
             subject, condition = value_of(need.subject), need.condition
         else:
             raise AssertionError("a condition is lost")
-        if condition != "any" or subject not in used:
+        if (subject, condition) not in guarded and (condition != "any" or subject not in used):
+            guarded.add((subject, condition))
             kept = builder.guard(kept, subject, condition)
             used |= _used(builder, [subject])
     outputs[first] = kept

@@ -8,12 +8,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from cordicc.base.arrays import Floats
+from cordicc.base.arrays import Bools, Floats
 from cordicc.ir.graph import Graph, Value, factored
 from cordicc.ir.meaning.doubles import all_results
 from cordicc.ir.meaning.intervals import Interval
+from cordicc.ir.meaning.roundings import SINGLE, Words
 from cordicc.ir.ops import Level
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import Problem, input_intervals
+from cordicc.ir.small_values import roots_of, towards_zero
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
@@ -52,6 +54,7 @@ def fill(
     ranges: Mapping[str, Interval],
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
+    words: Words = SINGLE,
     work: float = 1.0,
 ) -> Filled | None:
     """Return a store with realisations in it, None if they take more generators than there may be.
@@ -61,7 +64,7 @@ def fill(
     field = _field(graphs, work)
     if field is None:
         return None
-    store = Store(field, ranges, points)
+    store = Store(field, ranges, points, words)
     _name_constants(store, graphs)
     _assume(store, problem)
     store.opaque_left = OPAQUE
@@ -86,12 +89,13 @@ def _joined_outputs(
 
 
 def sample_points(
-    problem: Problem, graphs: Sequence[Graph], count: int = _POINTS
+    problem: Problem, graphs: Sequence[Graph], count: int = _POINTS, words: Words = SINGLE
 ) -> dict[str, Floats] | None:
     """Return points of the workspace at which graphs have values, None if there are too few.
 
-    Besides `count` random ones there are those nearest to the singular points of the units.  They keep what
-    the problem assumes if enough of the points that are looked at do.
+    Besides `count` random ones there are those nearest to the singular points of the units, and on fixed
+    point, where small values have few digits, those on the way to the zeros of the roots.  They keep what the
+    problem assumes if enough of the points that are looked at do.
     """
     generator = np.random.Generator(np.random.PCG64(7))
     if problem.samples is not None:
@@ -101,24 +105,38 @@ def sample_points(
         drawn = {
             spec.name: generator.uniform(float(spec.lo), float(spec.hi), _DRAWN) for spec in problem.inputs
         }
-    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
+    good, critical = _judged(graphs, drawn)
+    if good.sum() < _POINTS // 2:
+        return None
+    kept = good & problem.facts.kept(drawn)
+    assumed = kept.sum() >= _POINTS // 2
+    good = kept if assumed else good
+    first = np.flatnonzero(good)
+    nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
+    rows = np.unique(np.concatenate([first[:count], *nearest]))
+    points = {name: column[rows] for name, column in drawn.items()}
+    if not words.fixed or problem.samples is not None:
+        return points
+    known = {name: column[first] for name, column in drawn.items()}
+    small = towards_zero(graphs[0], roots_of(graphs[0]), input_intervals(problem), known)
+    held, _ = _judged(graphs, small)
+    held = held & problem.facts.kept(small) if assumed else held
+    return {name: np.concatenate([column, small[name][held]]) for name, column in points.items()}
+
+
+def _judged(graphs: Sequence[Graph], points: Mapping[str, Floats]) -> tuple[Bools, list[Floats]]:
+    """Tell at which points all results of graphs are finite; return the sizes of the critical ones."""
+    good = np.ones(len(next(iter(points.values()))), dtype=bool)
     critical = []
     for graph in graphs:
         live = graph.live()
-        for index, results in enumerate(all_results(graph, drawn)):
+        for index, results in enumerate(all_results(graph, points)):
             if index in live:
                 for result in results:
                     good &= np.isfinite(result)
                 if graph.nodes[index].op in _CRITICAL:
                     critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
-    if good.sum() < _POINTS // 2:
-        return None
-    kept = good & problem.facts.kept(drawn)
-    good = kept if kept.sum() >= _POINTS // 2 else good
-    first = np.flatnonzero(good)
-    nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
-    rows = np.unique(np.concatenate([first[:count], *nearest]))
-    return {name: column[rows] for name, column in drawn.items()}
+    return good, critical
 
 
 def _field(graphs: Sequence[Graph], work: float) -> Field | None:
