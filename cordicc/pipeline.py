@@ -185,9 +185,7 @@ def _plans(
         except TooInaccurate as error:
             # An error cannot be met only if it cannot be met by lengths that take no squares either.
             refused.append(error)
-            accurate = most_accurate(
-                request.loaded.problem, request.target, implicit=implicit, goal=goal
-            )
+            accurate = most_accurate(request.loaded.problem, request.target, implicit=implicit, goal=goal)
             if accurate.graph != choice.graph:
                 try:
                     plans.append(_planned(request, accurate))

@@ -159,10 +159,8 @@ def _steps(graph: Graph, results: Sequence[Results], words: Words) -> list[Resul
     return [words.steps(node, made) for node, made in zip(graph.nodes, results, strict=True)]
 
 
-def _own_errors(
-    node: Node, operands: Sequence[Floats], made: Results, steps: Results | None
-) -> list[Floats]:
-    """Return how far an operation itself moves its results, in roundings; each to its own size without steps."""
+def _own_errors(node: Node, operands: Sequence[Floats], made: Results, steps: Results | None) -> list[Floats]:
+    """Return how far an operation itself moves its results, in roundings of their size or of given steps."""
     own = errors(
         node.op,
         node.params,

@@ -143,9 +143,7 @@ def _most_fitting(
         _ban_culprit(realisations, found, made, gate, inaccurate, costs)
         found = realisations.best()
     tried.sort(key=lambda each: each[0])  # of equal costs the passes' comes first
-    least = {
-        name: np.min([ratios[name] for _, ratios, _ in tried], axis=0) for name in graph.outputs
-    }
+    least = {name: np.min([ratios[name] for _, ratios, _ in tried], axis=0) for name in graph.outputs}
     for _, ratios, choice in tried:
         if all(np.all(ratios[name] <= np.maximum(1.0, _ABOUT * least[name])) for name in least):
             return choice

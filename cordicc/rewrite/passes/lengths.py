@@ -130,7 +130,8 @@ class SmallLengths:
         if not self.always and (interval is None or interval.lo > _SMALL * interval.hi):
             return None
         signed = [
-            {factors: abs(factor) for factors, factor in terms.items() if factor * sign > 0} for sign in (1, -1)
+            {factors: abs(factor) for factors, factor in terms.items() if factor * sign > 0}
+            for sign in (1, -1)
         ]
         if not signed[1]:
             return self._chain(site, signed[0])
