@@ -21,11 +21,11 @@ _STARTS = 3
 
 _ROUNDS = 12
 _SHARES = (1.0, 0.5, 0.25, 0.0625)
-"""Of a Newton step: a root falls to 0 at the end of one, or, at an edge of the domain, in the middle of it."""
+"""Of a Newton step: a root falls to 0 at the end of one, or at an edge of the domain in the middle."""
 
 _STEPS = 10
 _CLOSER = 0.25
-"""Each of the steps from a start to the smallest value found ends so much nearer to it than the one before."""
+"""Each step from a start to the smallest value found ends so much nearer to it than the one before."""
 
 _DIFFERENCE = 2.0**-20
 """Of the range of an input, for slopes."""

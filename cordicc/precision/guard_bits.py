@@ -23,7 +23,7 @@ _GAIN = 1.1
 _SHARES = (0.5, 0.9, 0.99, 1.0)
 """Of the samples, by size of error: a few ill-conditioned ones must not hide what the others lose."""
 
-_SMALL_GAIN = 1.5
+_SMALL_GAIN = 2.0
 """The same where roots are small, which few samples are: there rounding alone makes errors differ more."""
 
 

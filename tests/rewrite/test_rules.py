@@ -28,7 +28,16 @@ FIRES: dict[str, tuple[str, str, str]] = {
     ),
     "principal values": ("x=-1:1, w=2:3", "e = asin(x/w)\nz = acos(x/w)", "e, z"),
     "roots of squares": ("x=0.5:1.8, y=-1:1", "a = sqrt(x**2 + 2*x*y + y**2)", "a"),
+    "completed squares": ("x=-1:1, y=-1:1, t=-3:3", "a = sqrt(x**2 + y**2 - 2*x*y*cos(t))", "a"),
+    "chains of lengths": ("x=-1:1, y=-1:1, w=-1:1", "r = hypot(x, y)\na = sqrt(x**2 + y**2 + w**2)", "r, a"),
+    "orders of factors and quotients": ("x=1:2, y=1:2, w=1:2, k=1:2", "u = k*x/w\nv = k*y/w", "u, v"),
     "unit vectors": ("x=0.2:2, y=0.2:2", "n = hypot(x, y)\nu = x/n\nv = y/n", "n, u, v"),
+    "quotients by norms": (
+        "x=-2:2, y=-2:2, a=-1:1, b=-1:1",
+        "u = (a*x + b*y)/hypot(x, y)\nv = (b*x - a*y)/hypot(x, y)",
+        "u, v",
+    ),
+    "turned vectors": ("x=-2:2, y=-2:2, t=-3:3", "u = hypot(x, y)*sin(atan2(y, x) - t)", "u"),
     "constant offsets": ("t=-3:3", "a = sin(t - 0.4)\nb = sin(t)", "a, b"),
     "sums of the angles of vectors": (
         "x=-2:2, y=-2:2, u=-2:2, v=-2:2",

@@ -1,12 +1,13 @@
 """First-order bounds of how far rounding moves a value, on sample points, in units of the rounding.
 
 Every operation rounds its result, and passes on the errors of its operands times the absolute values of
-its partial derivatives.  Numbers with exponents are rounded relative to themselves; a fixed-point word has one
-step for all that it holds.
+its partial derivatives.  Numbers with exponents are rounded relative to themselves; a fixed-point word has
+one step for all that it holds.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -41,22 +42,28 @@ class Words:
         if not self.fixed:
             return tuple(np.abs(x) for x in made)
         angles = {node.angle, node.hyperbolic_angle}
-        # Finer words than for +-1/2 would only show the error of the unit that made an angle.
         held = [np.fmax.reduce(np.abs(x), initial=_ANGLE * (i in angles)) for i, x in enumerate(made)]
-        finer = self.outside if node.op == "input" else 1.0
-        return tuple(finer * _power_above(size) for size in held)
+        coarser = self.outside if node.op == "input" else 1.0
+        return tuple(np.asarray(coarser * _power_above(float(size))) for size in held)
 
 
 SINGLE = Words()
 """Those of single precision."""
 
 _ANGLE = 0.5
+"""Finer words than for angles of this size would only show the error of the unit that made one."""
 
 
-def _power_above(size: Floats) -> Floats:
+def _power_above(size: float) -> float:
     """Return the least power of two that is no less than a number, 0 for 0."""
-    fraction, exponent = np.frexp(np.asarray(size, dtype=np.float64))
-    return np.ldexp(np.ceil(fraction), exponent - (fraction == 0.5))
+    fraction, exponent = math.frexp(size)
+    if not fraction or math.isinf(fraction):
+        return size
+    return math.ldexp(1.0, min(exponent - (fraction == _HALF), _LARGEST))
+
+
+_HALF = 0.5
+_LARGEST = 1023
 
 
 def errors(

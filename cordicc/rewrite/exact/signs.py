@@ -16,9 +16,8 @@ from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, moni
 from cordicc.rewrite.exact.keys import Key
 from cordicc.rewrite.exact.known_values import EnclosedValues
 
-
 _ROUNDED = 2.0**-50
-"""What an enclosure of a value that is nowhere negative may reach below 0 by its own rounding, of the largest."""
+"""What an enclosure of a value that is nowhere negative may reach below 0 by its own rounding."""
 
 
 def never_negative(interval: Interval | None) -> bool:

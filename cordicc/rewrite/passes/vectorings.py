@@ -72,7 +72,7 @@ def _angle(builder: Algebra, x: Value, y: Value) -> Value:
 
 
 def _root(site: Site, angles: Angles, lengths: SmallLengths | None) -> Value:
-    """Return a length or a square root by the vectoring that fits, or by chains of lengths if there are any."""
+    """Return a length or a square root by the vectoring that fits, or by chains of lengths if given."""
     graph, builder, node = site.graph, site.builder, site.node
     if node.op == "hypot":
         first, second = (Leg.of(graph, v) for v in node.operands)

@@ -1,7 +1,7 @@
 """Roots of what is a sum of squares once squares are completed: the length of the vector of what is squared.
 
-a^2 + b^2 - 2 a b cos t is (a - b cos t)^2 + (b sin t)^2, x^2 + 2 x y + 2 y^2 is (x + y)^2 + y^2, 1 - cos^2 t is
-sin^2 t and 2 - 2 cos t is (1 - cos t)^2 + sin^2 t.  As a length a small root keeps its digits.
+a^2 + b^2 - 2 a b cos t is (a - b cos t)^2 + (b sin t)^2, x^2 + 2 x y + 2 y^2 is (x + y)^2 + y^2, 1 - cos^2 t
+is sin^2 t and 2 - 2 cos t is (1 - cos t)^2 + sin^2 t.  As a length a small root keeps its digits.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from fractions import Fraction
+from typing import Any
 
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.exact import fold
@@ -117,8 +118,8 @@ def _halved(store: Store, powers: tuple[int, ...]) -> Poly:
 
 
 def _completed(store: Store, poly: Poly, index: int) -> tuple[Square | None, Poly]:
-    """Return a square that holds all of a generator's terms, and the rest; None without a multiple of its square."""
-    parts: dict[int, dict[tuple[int, ...], object]] = {}
+    """Return a square that holds all terms of a generator, None if there is none, and the rest."""
+    parts: dict[int, dict[Any, Any]] = {}
     for powers, factor in poly.terms():
         rest = (*powers[:index], 0, *powers[index + 1 :])
         parts.setdefault(int(powers[index]), {})[rest] = factor
@@ -134,6 +135,7 @@ def _completed(store: Store, poly: Poly, index: int) -> tuple[Square | None, Pol
 
 
 def _length(store: Store, synthesis: Synthesis, squares: list[Square]) -> Value:
+    """Return the length of the vector of what is squared."""
     legs = []
     for factor, inside in squares:
         scale = square_root_of(factor) or fold("sqrt", (), (factor,))

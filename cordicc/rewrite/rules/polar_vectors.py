@@ -1,7 +1,8 @@
 """Norm and angle of a vector in products and rotations: the vector itself, turned.
 
-With r and t the norm and the angle of (x, y), (r, 0) turned by t + d is (x, y) turned by d: neither r nor t is
-needed.  And (a x + b y)/r is a cos t + b sin t, a component of (a, -b) or (b, a) turned by t, without a quotient.
+With r and t the norm and the angle of (x, y), (r, 0) turned by t + d is (x, y) turned by d: neither r nor t
+is needed.  And (a x + b y)/r is a cos t + b sin t, without a quotient: a component of (a, -b), or of (b, a),
+turned by t.
 """
 
 from __future__ import annotations
@@ -193,7 +194,7 @@ def _fraction(
 
 
 def _shares(store: Store, terms: Sequence[Term], vector: _Vector) -> tuple[list[Term], list[Term]] | None:
-    """Return (a, b) with the terms equal to a x + b y for the components of a vector; None if they are not."""
+    """Return (a, b) with the terms equal to a x + b y for the components of a vector, if they are."""
     legs = [store.factored(v) for v in vector.legs]
     shares: tuple[list[Term], list[Term]] = [], []
     for factor, factors in terms:

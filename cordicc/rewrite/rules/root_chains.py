@@ -24,7 +24,7 @@ Squares = Mapping[Value | None, Fraction]
 
 
 def _add_chains(given: Given) -> None:
-    """Add roots of sums of squares as lengths of vectors with the root of some of the squares for a component."""
+    """Add roots of sums of squares as lengths of vectors with the root of some of them for a component."""
     store = given.store
     taken = {
         store.find(moved[v.node][v.result])
@@ -64,10 +64,11 @@ def _squares(store: Store, root: Value) -> Squares | None:
             if terms is None:
                 return None
             for own, factors in terms:
-                first, *rest = (*(store.find(v) for v in factors), *([None] * (2 - len(factors))))
-                if rest != [first] or number is None:
+                squared = {store.find(v) for v in factors}
+                if number is None or len(squared) > 1 or len(factors) not in (0, 2):
                     return None
-                total[first] = total.get(first, Fraction(0)) + factor * number * own
+                base = next(iter(squared), None)
+                total[base] = total.get(base, Fraction(0)) + factor * number * own
         elif node.op == "vector" and node.m == 1 and value.result == 0:
             for leg in node.operands[:2]:
                 number, (own, base) = store.constant(leg), store.factored(leg)
