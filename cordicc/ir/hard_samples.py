@@ -70,7 +70,8 @@ class _Box:
     def shares(self, samples: Samples) -> Points:
         """Return samples as points; an input that has one value is at 0."""
         columns = np.array([samples[name] for name in self.names]) - self.low
-        return np.divide(columns, self.span, out=np.zeros_like(columns), where=self.span > 0)
+        shares: Points = np.divide(columns, self.span, out=np.zeros_like(columns), where=self.span > 0)
+        return shares
 
     def samples(self, points: Points) -> dict[str, Floats]:
         """Return points as samples."""
@@ -79,7 +80,7 @@ class _Box:
 
     def defined(self, points: Points) -> Bools:
         """Return at which points the equations have a value, in double precision."""
-        return np.asarray(screen(self.graph, self.samples(points))[1])
+        return screen(self.graph, self.samples(points))[1]
 
     def values(self, points: Points, values: Sequence[Value]) -> Points:
         """Return values of the graph at points, of shape (values, n)."""
