@@ -42,6 +42,9 @@ _MOST = 0.9
 
 _ENOUGH = 2.0
 
+_NEAR = 2.0**-6
+"""Samples come near the end of reach where R - |C| is no larger a share of the size."""
+
 _MONOTONE = ("neg", "abs", "min", "max", "guard")
 """Operations that keep words on the right side of one another."""
 
@@ -168,19 +171,20 @@ class _Border:
         return 2 * usual if known_norm(self.step) else usual
 
     def end_error(self, slack: Slack, operands: Sequence[Boxes]) -> EndError | None:
-        """Return what an angle is off at the end of reach, None if it is not reached or there is no bound.
+        """Return what an angle is off at the end of reach, None if no sample comes near or there is no bound.
 
         The residual, errors of the operands included, bounds the change of C that the angle stands for. At the
-        end a change of C by d turns it by up to sqrt(2 d/R).
+        end a change of C by d turns it by up to acos(1 - d/R), about sqrt(2 d/R).
         """
         carried = float(self.whole.moved[0])
-        if not self.reached or not math.isfinite(carried) or self.step.results[0] is None:
+        near = self.alone.valid & (self.alone.margin <= _NEAR * self.alone.size)
+        if not (self.reached and near.any()) or not math.isfinite(carried) or self.step.results[0] is None:
             return None
         size = float(self.whole.size[0])
         residual, depth = (float(each[0]) for each in end_residual(replace(self.step, slack=slack), operands, size))
         total, least = carried + residual, float(self.whole.least[0])
-        turned = math.sqrt(2 * (total + depth) / least) if least > 0 else math.inf
-        return EndError(_short_above(total), _short_above(turned) if turned < math.pi else None)
+        share = (total + depth) / least if least > 0 else math.inf
+        return EndError(_short_above(total), _short_above(math.acos(1 - share)) if share < 1 else None)
 
 
 def _next_to(margin: Floats, moved: Floats) -> Bools:
