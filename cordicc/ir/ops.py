@@ -114,6 +114,7 @@ _TABLE = (
 
 OPS: dict[str, OpDef] = {definition.name: definition for definition in _TABLE}
 
+
 def has_border(op: str, params: Mapping[str, Any]) -> bool:
     """Tell whether the domain of an operation of a plan includes a border that rounding may cross.
 
