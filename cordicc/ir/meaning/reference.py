@@ -121,7 +121,7 @@ def rounded_outputs(
             made = None if None in arguments else function(*arguments)
             if made is not None:
                 held = tuple(map(_bounded, made)) if many else _bounded(made)
-                if too_large is not None and (None in held if many else held is None) and made != held:
+                if too_large is not None and made != held:
                     too_large.add(sample)
                 made = held
             if many:
