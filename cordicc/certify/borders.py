@@ -184,7 +184,8 @@ class _Border:
         if not (self.reached and near.any()) or not math.isfinite(carried) or self.step.results[0] is None:
             return None
         step = replace(self.step, slack=slack)
-        residual, depth = map(float, end_residual(step, operands, float(self.whole.size[0])))
+        found = end_residual(step, operands, float(self.whole.size[0]))
+        residual, depth = (float(np.max(each)) for each in found)
         total, least = carried + residual, float(self.whole.least[0])
         share = (total + depth) / least if least > 0 else math.inf
         return EndError(_short_above(total), _short_above(math.acos(1 - share)) if share < 1 else None)

@@ -2,9 +2,10 @@
 
 At the end y is at its extreme and x = 0: the last angles change y by less than its roundings, so that a
 comparison with the target would decide by chance, and leave an angle of sqrt(2 e/R) for an error e of y - C.
-The sign of x tells the way to the end as well as it tells vectoring's. So where x >= 0 is at most a *width*
-and |y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1,
-where y has its least value there: against it). Elsewhere it compares. Notation and places as in
+The sign of x tells the way to the end as well as it tells vectoring's. So where x > 0 is at most a *width* and
+|y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1, where y
+has its least value there: against it). Elsewhere it compares; at x = 0 either way is right, and sgn(0) = +1
+the one from which a first turn by 90 degrees comes back. Notation and places as in
 `circular_bound` and `hyperbolic_bound`; N stands for R (m = 1) or sqrt(B^2 - A^2) (m = -1).
 
 Height and width. Let the exact equation have |C| = N, and let the kernel's operands move N - C by at most s
@@ -16,7 +17,7 @@ block. So the comparison has the right sign, or
     |y - T| <= K e   and   x <= K (sqrt(2 Y e) + E),
 
 K the product of stretches so far, of which the step table knows the share of the largest, rounded up. With
-these as height and width *every* decision at x >= 0 is towards the end, and where x < 0 the kernel turns
+these as height and width *every* decision at x > 0 is towards the end, and where x < 0 the kernel turns
 back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N) (m = -1:
 asinh), of the end.
 
