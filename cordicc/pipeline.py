@@ -5,7 +5,8 @@ The proof of bounds, which not every run needs, is imported where it is used, fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -102,7 +103,8 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
     """Return what `plan_file` made with its accuracy figures, and with error bounds where `certify` asks."""
     enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
-    plan, more = observe(planned.plan)
+    with _telling(planned.warnings):
+        plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
     if allowed or (fixed_point if certify is None else certify):
@@ -124,11 +126,17 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     enter("reading the problem")
     loaded = read_problem(path)
-    try:
+    with _telling(loaded.warnings):
         return _plan_of(path, loaded, options, watch, enter)
+
+
+@contextmanager
+def _telling(warnings: tuple[Diagnostic, ...]) -> Iterator[None]:
+    """Let a refusal tell what was found before: it may be why, and without a plan it would not be told."""
+    try:
+        yield
     except Unattainable as error:
-        # What was found in the problem may be why, and without a plan it would not be told.
-        error.warnings = loaded.warnings
+        error.warnings = warnings
         raise
 
 

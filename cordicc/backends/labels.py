@@ -124,7 +124,7 @@ def end_of_reach(operation: Operation) -> str:
         return ""
     root = "sqrt(R^2 - C^2)" if operation.m == 1 else "sqrt(A^2 - B^2 + C^2)"
     most = "" if error.angle_rad is None else f", at most {error.angle_rad:.3g} rad"
-    return f"off by up to {error.residual:.3g}/{root} rad{most}"
+    return f"off by {error.residual:.3g}/{root} rad{most}"
 
 
 def cycles(operation: Operation) -> str:

@@ -3,14 +3,14 @@
 Where the equations are at the border, |C| = R or a root of 0, the words are beside it, and beyond it as often
 as not. Their distance is at most that of the operands' errors, which the forward sweep bounds: over the whole
 ranges for every sample, and for each sample alone. The former is enough for all, but where ranges are wide it
-may be far from what any sample has; so the slack is at most `_ENOUGH` times what is proven of nine in ten of the
-default samples next to the border.
+may be far from what any sample has; so the slack is at most `_ENOUGH` times what is proven of nine in ten of
+the default samples next to the border.
 
 Beyond the border the slack takes nothing away: what is there has no other value. Before the end of reach it
 would, so what counts as the end there is no more than what half of the samples need.
 
-Rounding is monotone. So words of one format that nothing but rounding has made, of inputs and exact constants,
-are on the right side of one another, and an operation on such operands has no slack.
+Rounding is monotone. So words of one format that nothing but rounding has made, of inputs and exact
+constants, are on the right side of one another, and an operation on such operands has no slack.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.boxes import Boxes, times
 from cordicc.certify.error_network import Constant, ErrorNetwork, Step, known_norm, network
 from cordicc.certify.sweep import Forward, forward
+from cordicc.certify.unit_models import end_residual
 from cordicc.ir.ops import has_border
 from cordicc.ir.sampling import draw_with_corners
-from cordicc.certify.unit_models import end_residual
 from cordicc.plan.model import EndError, Plan
 
 _SAMPLES = 2_000
@@ -41,6 +41,9 @@ _MOST = 0.9
 """The share of these whose operands have errors within what is taken."""
 
 _ENOUGH = 2.0
+
+_NEAR = 2.0**-6
+"""Samples come near the end of reach where R - |C| is no larger a share of the size."""
 
 _MONOTONE = ("neg", "abs", "min", "max", "guard")
 """Operations that keep words on the right side of one another."""
@@ -69,9 +72,8 @@ def with_borders(plan: Plan) -> Plan:
             assert operation.id == step.id
             if has_border(step.op, step.params):
                 valid = ~alone.empty(net.before(step))
-                border = _Border(
-                    step, _distance(step, alone, valid), _distance(step, whole, np.array([True]))
-                )
+                distances = _distance(step, alone, valid), _distance(step, whole, np.array([True]))
+                border = _Border(step, *distances)
                 slack = EXACT if _monotone(step, rounded) else border.slack(scaled=not fixed_point)
                 operation = replace(operation, slack=slack)
                 if step.op == "implicit":
@@ -101,10 +103,9 @@ def _distance(step: Step, made: Forward, valid: Bools) -> _Distance:
     if step.op == "guard":
         return _Distance(moved[1], boxes[1].lo, boxes[1].magnitude, valid, boxes[1].lo)
     if step.op == "lightcone":
-        low = np.minimum(boxes[0].mignitude, boxes[1].mignitude)
-        return _Distance(
-            np.maximum(*moved), low, np.maximum(boxes[0].magnitude, boxes[1].magnitude), valid, low
-        )
+        u, v = boxes
+        low, size = np.minimum(u.mignitude, v.mignitude), np.maximum(u.magnitude, v.magnitude)
+        return _Distance(np.maximum(*moved), low, size, valid, low)
     if step.op == "vector":
         x, y = boxes[0].absolute(), boxes[1].absolute()
         return _Distance(moved[0] + moved[1], x.lo - y.hi, x.magnitude, valid, x.lo)
@@ -155,13 +156,12 @@ class _Border:
 
     def near(self) -> tuple[Floats, Floats]:
         """Return how far samples next to the border are carried, and their sizes."""
-        usable = (
-            self.alone.valid & np.isfinite(self.alone.moved) & (self.alone.moved > 0) & (self.alone.size > 0)
-        )
-        moved, size = self.alone.moved[usable], self.alone.size[usable]
+        alone = self.alone
+        usable = alone.valid & np.isfinite(alone.moved) & (alone.moved > 0) & (alone.size > 0)
+        moved, size = alone.moved[usable], alone.size[usable]
         if not moved.size:
             return moved, size
-        near = _next_to(self.alone.margin[usable], moved)
+        near = _next_to(alone.margin[usable], moved)
         return moved[near], size[near]
 
     def _within(self, usual: float) -> float:
@@ -174,28 +174,29 @@ class _Border:
         return 2 * usual if known_norm(self.step) else usual
 
     def end_error(self, slack: Slack, operands: Sequence[Boxes]) -> EndError | None:
-        """Return what an angle is off at the end of reach, None if it is not reached or there is no bound.
+        """Return what an angle is off at the end of reach, None if no sample comes near or without a bound.
 
-        The residual, errors of the operands included, bounds the change of C that the angle stands for. At the
-        end a change of C by d turns it by up to sqrt(2 d/R).
+        The residual, errors of the operands included, bounds the change of C that the angle stands for. At
+        the end a change of C by d turns it by up to acos(1 - d/R), about sqrt(2 d/R).
         """
         carried = float(self.whole.moved[0])
-        if not self.reached or not math.isfinite(carried) or self.step.results[0] is None:
+        near = self.alone.valid & (self.alone.margin <= _NEAR * self.alone.size)
+        if not (self.reached and near.any()) or not math.isfinite(carried) or self.step.results[0] is None:
             return None
-        size = float(self.whole.size[0])
-        residual, depth = (
-            float(each[0]) for each in end_residual(replace(self.step, slack=slack), operands, size)
-        )
+        step = replace(self.step, slack=slack)
+        found = end_residual(step, operands, float(self.whole.size[0]))
+        residual, depth = (float(np.max(each)) for each in found)
         total, least = carried + residual, float(self.whole.least[0])
-        turned = math.sqrt(2 * (total + depth) / least) if least > 0 else math.inf
-        return EndError(_short_above(total), _short_above(turned) if turned < math.pi else None)
+        share = (total + depth) / least if least > 0 else math.inf
+        return EndError(_short_above(total), _short_above(math.acos(1 - share)) if share < 1 else None)
 
 
 def _next_to(margin: Floats, moved: Floats) -> Bools:
     """Tell which samples are at the border, as far as errors tell, or are among the nearest to it."""
     distance = np.abs(margin)
     last = (len(distance) - 1) // _NEAREST
-    return (distance <= np.partition(distance, last)[last]) | (distance <= _ENOUGH * moved)
+    nearest = float(np.partition(distance, last)[last])
+    return np.asarray((distance <= nearest) | (distance <= _ENOUGH * moved))
 
 
 def _rounded_up(beyond: float, within: float, *, relative: bool = False) -> Slack:
@@ -211,7 +212,7 @@ def _short_above(number: float) -> float:
 
 
 def _rounded_only(net: ErrorNetwork) -> Mapping[str, NumberFormat]:
-    """Return the format of each value that is an input or constants of one format, signs and extremes apart."""
+    """Return the format of each value that is an input or a constant, signs and extremes apart."""
     found: dict[str, NumberFormat] = {name: net.formats.values[name] for name in net.inputs}
     for step in net.steps:
         if step.op in _MONOTONE and step.results[0] is not None:

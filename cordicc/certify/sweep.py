@@ -116,10 +116,8 @@ def _advance(net: ErrorNetwork, step: Step, threshold: float, made: Forward) -> 
         own = found.own[result] if found.joint is None else up(found.own[result] + found.joint)
         if made.exact:
             own = np.zeros(made.count)
-        change = sum(
-            (times(p.magnitude, m) for p, m in zip(found.partials[result], moved, strict=True) if m.any()),
-            own,
-        )
+        partials = zip(found.partials[result], moved, strict=True)
+        change = sum((times(p.magnitude, m) for p, m in partials if m.any()), own)
         change = up(np.where(np.isnan(change), np.inf, change))
         value = found.values[result].widened(own)
         for limit in _limits(net, step, result) if made.limited else ():

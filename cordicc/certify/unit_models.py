@@ -202,10 +202,12 @@ def implicit(step: Step, w: Sequence[Boxes], square: Boxes | None) -> Local:
     off = residual * inverse.hi * 2 / (1 + np.sqrt(np.where(far, 1 - share, 1.0)))
     own_angle = np.where(far, up(off), math.inf)
     if m == 1:
-        # Beside the end of reach, where the derivatives grow without bound, the angle is all but that of the end.
-        off, by_end = _beside_end(w, bound, reach, np.maximum(residual, depth), place)
+        # Beside the end of reach derivatives grow without bound, but the angle is all but that of the end.
+        off, (end_A, end_B) = _beside_end(w, bound, reach, np.maximum(residual, depth), place)
         own_angle = np.where(far, own_angle, off)
-        by_angle = tuple(a.where(far, b) for a, b in zip(by_angle, by_end, strict=True))
+        nothing = point(0.0, len(A.lo))
+        by_A, by_B, by_C = by_angle
+        by_angle = (by_A.where(far, end_A), by_B.where(far, end_B), by_C.where(far, nothing))
         own_angle = np.where(cut, own_angle + TAU_UP, own_angle)
     own_rest = np.asarray(bound.rest(size, C.magnitude, rest.lo, place, depth))
     return Local((angle, rest), (by_angle, by_rest), (own_angle, up(own_rest)))
@@ -213,12 +215,12 @@ def implicit(step: Step, w: Sequence[Boxes], square: Boxes | None) -> Local:
 
 def _beside_end(
     w: Sequence[Boxes], bound: ImplicitUnitBound, reach: Boxes, residual: Floats, place: Floats
-) -> tuple[Floats, tuple[Boxes, ...]]:
-    """Return what an angle is off as that of the end of reach, and the derivatives of that angle.
+) -> tuple[Floats, tuple[Boxes, Boxes]]:
+    """Return what an angle is off as that of the end of reach, and the derivatives of that by A and B.
 
-    t is psi = atan2(A, B) or psi + pi, and acos(|C|/R) more or less, exact or computed. The computed one leaves a
-    residual, or is that of the end where |C| is no farther from it, and may be past the end by a last angle
-    and the error of x.
+    t is psi = atan2(A, B) or psi + pi, and acos(|C|/R) more or less, exact or computed. The computed one
+    leaves a residual, or is that of the end where |C| is no farther from it, and may be past the end by a
+    last angle and the error of x.
     """
     A, B, C = w
     certain = (C.lo > 0) | (C.hi < 0)
@@ -227,8 +229,7 @@ def _beside_end(
     past = bound.residual.relative + bound.end.along * place / least * (math.pi / 2)
     share = np.maximum(C.mignitude - residual, 0.0) / np.maximum(reach.hi, least)
     off = up(arc_cosine(Boxes(share, share)).hi + past)
-    zero = point(0.0, len(A.lo))
-    return np.where(certain & (reach.lo > 0), off, math.inf), (B * inverse, -(A * inverse), zero)
+    return np.where(certain & (reach.lo > 0), off, math.inf), (B * inverse, -(A * inverse))
 
 
 def end_residual(step: Step, w: Sequence[Boxes], size: float) -> tuple[Floats, Floats]:

@@ -32,6 +32,8 @@ def check_values(
         inputs: the samples, float64 of shape (n,) for each input.
         outputs: what a plan delivered for them, and its `valid`.
     """
+    if not problem.checks:
+        return {}
     valid = np.asarray(outputs["valid"], dtype=bool)
     names = [*problem.input_names, *problem.angles]
     columns = {**inputs, **outputs}
@@ -75,7 +77,7 @@ class CheckTally:
     def add(self, inputs: Samples, outputs: Outputs) -> None:
         """Take a part of a run."""
         valid = outputs["valid"].astype(bool)
-        for name, value in check_values(self.problem, inputs, outputs).items() if self.found else ():
+        for name, value in check_values(self.problem, inputs, outputs).items():
             record = self.found[name]
             known = np.flatnonzero(np.isfinite(value))
             size = np.abs(value[known])

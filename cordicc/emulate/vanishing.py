@@ -24,13 +24,16 @@ from cordicc.ir.meaning.doubles import screen, values_of
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.ir.sampling import DEFAULT_SAMPLES, DEFAULT_SEED, draw
+from cordicc.ir.sampling import DEFAULT_SEED, draw
 from cordicc.ir.zeros import Approaches, approaches
 from cordicc.plan.model import Plan
 from cordicc.plan.stated_accuracy import AccuracyEnd, SeenErrors
 
 _SHARES = 2.0 ** -np.arange(37.0)
 """Of a way from a zero to a sample: where the plan is looked at."""
+
+_SAMPLES = 2_000
+"""Drawn samples, from which ways lead to zeros, and which show how large outputs are."""
 
 _WAYS, _FEWEST = 24, 6
 """Ways to the zeros of a denominator, and how few do where a problem is large."""
@@ -154,7 +157,7 @@ def _name(plan: Plan, value: Value, users: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """A plan, the default samples, and by output its largest value there and the error that is wrong."""
+    """A plan, samples, and by output its largest value there and the error that is wrong."""
 
     plan: Plan
     samples: dict[str, Floats]
@@ -163,7 +166,7 @@ class _Run:
 
     @classmethod
     def of(cls, plan: Plan) -> _Run:
-        drawn = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+        drawn = draw(plan.problem.workspace, _SAMPLES, DEFAULT_SEED)
         samples = plan.problem.facts.among(drawn)
         values, defined = screen(plan.problem.program, samples)
         largest = {

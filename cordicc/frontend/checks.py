@@ -160,6 +160,7 @@ class CheckReader:
         if not made:
             return FoundChecks()
         scope, lost = self._delivered(made)
+        scope.outside = dict.fromkeys((check.name for check in written.options.values()), "a check")
         define_equations(made, scope, ZeroTest(scope.builder, {}), {})
         found = self._asked(written, asked, scope, lost)
         for equation, check in residuals:
@@ -239,7 +240,7 @@ class CheckReader:
                 continue
             empty[equation.span] = False
             if name in found:
-                message = f"the check '{name}' is there twice, once as a part of another one"
+                message = f"the check '{name}' is there twice, once as a part or branch of another one"
                 report.error("E204", message, equation.span, "use a new name")
             option = replace(written.options[equation.span], name=name, text=equation.written)
             found[name] = option, value

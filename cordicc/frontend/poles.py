@@ -146,8 +146,9 @@ class _Around:
         for name, (lo, hi) in problem.workspace.ranges.items():
             ends = corners[name]
             inside = np.where(ends == lo, 1.0, -1.0) if lo < hi else np.zeros(count)
-            step = _STEP * np.where(ends == 0, hi - lo, np.abs(ends)) * inside
-            points[name] = np.concatenate([ends + times * step for times in _STEPS])
+            with np.errstate(over="ignore", invalid="ignore"):  # of ranges as wide as all doubles
+                step = _STEP * np.where(ends == 0, hi - lo, np.abs(ends)) * inside
+                points[name] = np.concatenate([ends + times * step for times in _STEPS])
         return cls(problem, points, count)
 
     def screened(self, suspects: Sequence[_Suspect], sizes: Sequence[float]) -> list[np.ndarray]:

@@ -80,7 +80,7 @@ class _Box:
 
     def defined(self, points: Points) -> Bools:
         """Return at which points the equations have a value, in double precision."""
-        return np.asarray(screen(self.graph, self.samples(points))[1])
+        return screen(self.graph, self.samples(points))[1]
 
     def values(self, points: Points, values: Sequence[Value]) -> Points:
         """Return values of the graph at points, of shape (values, n)."""

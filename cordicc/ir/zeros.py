@@ -30,10 +30,11 @@ class Approaches(NamedTuple):
 
     def points(self, shares: Floats, count: int) -> dict[str, Floats]:
         """Return the points at shares of the first `count` ways, from the zeros on."""
-        return {
-            name: (zero[:count] + shares[:, None] * (self.starts[name] - zero)[:count]).ravel()
-            for name, zero in self.zeros.items()
-        }
+        with np.errstate(over="ignore", invalid="ignore"):  # of ranges as wide as all doubles
+            return {
+                name: (zero[:count] + shares[:, None] * (self.starts[name] - zero)[:count]).ravel()
+                for name, zero in self.zeros.items()
+            }
 
 
 def approaches(
@@ -58,7 +59,12 @@ def approaches(
     names = [node.name for node in graph.nodes if node.op == "input"]
     if not names:
         return None
-    search = _Search(graph, names, ranges)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _found(_Search(graph, names, ranges), samples, count, work // len(graph.nodes))
+
+
+def _found(search: _Search, samples: Samples, count: int, steps: int) -> Approaches | None:
+    """Return what a search finds, see `approaches`; `steps` are those of its last resort."""
     values = search.values(samples)
     usable = np.isfinite(values) & (values != 0)
     starts = {name: column[usable] for name, column in samples.items()}
@@ -67,11 +73,11 @@ def approaches(
         return None
     size = float(np.median(np.abs(values)))
     found = [*search.set(starts, size, count), *search.between(starts, values, count)]
-    found = found or [*search.descended(starts, size, count, work // len(graph.nodes))]
+    found = found or [*search.descended(starts, size, count, steps)]
     if not found:
         return None
     # In turns, so that the first ways are some of every kind.
-    turns = np.concatenate([np.arange(len(way.starts[names[0]])) for way in found])
+    turns = np.concatenate([np.arange(len(next(iter(way.starts.values())))) for way in found])
     order = np.argsort(turns, kind="stable")[:count]
     return Approaches(
         {name: np.concatenate([way.starts[name] for way in found])[order] for name in samples},

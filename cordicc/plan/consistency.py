@@ -200,6 +200,9 @@ def _check_checks(plan: Plan) -> None:
             raise ValueError(f"check '{name}' lacks the largest value, its sample or the rms")
         if figures.worst_input is not None and set(figures.worst_input) != set(plan.problem.input_names):
             raise ValueError(f"the worst sample of check '{name}' has other inputs")
+        limit = plan.problem.check(name).max
+        if limit is not None and seen.max is not None and seen.max > limit:
+            raise ValueError(f"check '{name}' is beyond its limit")
 
 
 def _require_unique(what: str, names: Iterable[str]) -> None:

@@ -87,7 +87,7 @@ def _problem(plan: Plan) -> dict[str, Any]:
         ],
         "assumptions": list(problem.assumptions),
         "checks": [asdict(item) for item in problem.checks],
-        "check_program": print_graph(problem.check_program),
+        "check_program": print_graph(problem.check_program) if problem.checks else "",
         "program": print_graph(problem.program),
         "samples": None,
         "warnings": list(problem.warnings),

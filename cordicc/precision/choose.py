@@ -39,7 +39,7 @@ def plan_with_formats(
         target_with: the same target with guard bits, where it leaves them open.
         recorded: what the plan records of the options.
         bounds_of: proves bounds of a plan; called where the problem allows an error.
-        with_borders: gives operations at a border of their domain their slack, which follows from the formats.
+        with_borders: gives operations what follows from the formats at the border of their domain.
 
     Returns:
         The plan and all warnings so far.

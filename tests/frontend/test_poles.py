@@ -86,6 +86,11 @@ def test_facts_keep_inputs_from_a_pole() -> None:
     assert check_domain(loaded.problem, loaded.source) == []
 
 
+def test_ranges_as_wide_as_numbers_go() -> None:
+    assert found("[-1e300, 1e300]", "1/a") == [("W321", "the range of the inputs holds a division by 0")]
+    assert found("[0, 1e300]", "1/a") == [("W321", "the range of the inputs ends at a division by 0")]
+
+
 @pytest.mark.parametrize("target", ["kinematic", "fixed24"])
 def test_it_is_told_whether_or_not_there_is_a_plan(target: str, tmp_path: Path) -> None:
     path = tmp_path / "p.yaml"

@@ -18,9 +18,9 @@ from cordicc.arith.compiled.compiled_systems import compiled_system
 from cordicc.arith.kernels.micro_rotations import limbs
 from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
-from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.base.arrays import Floats
 
 _BRANCHES = {"+": 1, "-": -1, "none": 0}
@@ -59,7 +59,7 @@ class CompiledCau(Cau):
         return self._run(units.rotate_linear if m == 0 else units.rotate_hyperbolic, (x, y, z), constants)
 
     def vector(
-        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, slack: Slack = EXACT
+        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, *, slack: Slack = EXACT
     ) -> tuple[Floats, Floats]:
         """Return norm and angle, as `Cau.vector` does."""
         from cordicc.arith.compiled import implicit_loops, unit_loops
@@ -72,7 +72,7 @@ class CompiledCau(Cau):
             return self._run(unit_loops.vector_linear, (x, y, z), constants, sign)
         return self._run(implicit_loops.lightcone, (x, y, z), constants, sign, self._margin(slack))
 
-    def lightcone(self, u: Floats, v: Floats, slack: Slack = EXACT) -> tuple[Floats, Floats]:
+    def lightcone(self, u: Floats, v: Floats, *, slack: Slack = EXACT) -> tuple[Floats, Floats]:
         """Return sqrt(u v) and ln(u/v)/2, as `Cau.lightcone` does."""
         from cordicc.arith.compiled.implicit_loops import lightcone
 
@@ -84,7 +84,7 @@ class CompiledCau(Cau):
         return rows.first, places, int(slack.relative)
 
     def implicit(
-        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, slack: Slack = EXACT
+        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, *, slack: Slack = EXACT
     ) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C, as `Cau.implicit` does."""
         from cordicc.arith.compiled import implicit_loops

@@ -257,8 +257,8 @@ def vector(m: int, x: Int64s, y: Int64s, z: Int64s, steps: Steps) -> None:
 def _towards(mirror: int, x: int, y: int, target: int, height: int, width: int) -> int:
     """Return -1 for the negative direction, else 0."""
     side, apart = x >> 63, target - y
-    # All ones where x >= 0, x <= width and |target - y| <= height: there the way to the end is taken.
-    end = ~(side | (width - x) | (height - abs(apart))) >> 63
+    # All ones where 0 < x <= width and |target - y| <= height: there the way to the end is taken.
+    end = ~((x - 1) | (width - x) | (height - abs(apart))) >> 63
     ahead = (apart & ~end) | ((target ^ mirror) & end)
     return (((y ^ ~mirror) & side) | (ahead & ~side)) >> 63
 

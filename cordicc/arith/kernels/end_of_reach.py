@@ -2,23 +2,24 @@
 
 At the end y is at its extreme and x = 0: the last angles change y by less than its roundings, so that a
 comparison with the target would decide by chance, and leave an angle of sqrt(2 e/R) for an error e of y - C.
-The sign of x tells the way to the end as well as it tells vectoring's. So where x >= 0 is at most a *width*
-and |y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1,
-where y has its least value there: against it). Elsewhere it compares. Notation and places as in
+The sign of x tells the way to the end as well as it tells vectoring's. So where x > 0 is at most a *width* and
+|y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1, where y
+has its least value there: against it). Elsewhere it compares; at x = 0 either way is right, and sgn(0) = +1
+the one from which a first turn by 90 degrees comes back. Notation and places as in
 `circular_bound` and `hyperbolic_bound`; N stands for R (m = 1) or sqrt(B^2 - A^2) (m = -1).
 
 Height and width. Let the exact equation have |C| = N, and let the kernel's operands move N - C by at most s
-places: alignment, and a slack for what the operands were rounded before. With the errors E' of y, E of x and D
-of the target, before the gain, y - T is off by at most e = E' + D + s. As |y| = sqrt(N^2 - m x^2), the exact
-|y - C| is at least x^2/(2 Y), Y the largest of N and |y|, at most e beyond the largest number of a block. So
-the comparison has the right sign, or
+places: alignment, and a slack for what the operands were rounded before. With the errors E' of y, E of x
+and D of the target, before the gain, y - T is off by at most e = E' + D + s. As |y| = sqrt(N^2 - m x^2), the
+exact |y - C| is at least x^2/(2 Y), Y the largest of N and |y|, at most e beyond the largest number of a
+block. So the comparison has the right sign, or
 
     |y - T| <= K e   and   x <= K (sqrt(2 Y e) + E),
 
-K the product of stretches so far, of which the step table knows a share of the largest, rounded up. With these
-as height and width *every* decision at x >= 0 is towards the end, and where x < 0 the kernel turns back: it
-does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N) (m = -1: asinh), of
-the end.
+K the product of stretches so far, of which the step table knows the share of the largest, rounded up. With
+these as height and width *every* decision at x > 0 is towards the end, and where x < 0 the kernel turns
+back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N) (m = -1:
+asinh), of the end.
 
 E' is less than E. For a target at the end |psi - theta| is at most the angles still to come, so x is at most
 N times their sum, and the roundings of its shifts, which are what y errs by, vanish as 2^-2S (m = 1; for

@@ -27,7 +27,7 @@ NEVER = -SHARES
 
 
 class NearEnd(NamedTuple):
-    """Where x and |y - target| are at most this, an implicit kernel turns to the end, see `end_of_reach`.
+    """Where x > 0 and |y - target| are at most this, an implicit kernel turns to the end, see `end_of_reach`.
 
     Integers, or arrays of one for each sample, of the whole gain; the height `NEVER` keeps a sample from it.
     """
@@ -234,7 +234,7 @@ def _towards(
         close = np.asarray(np.abs(direction) <= near.height, dtype=bool)
         if close.any():
             # The extreme of y at x = 0: the greatest on the target's side of the circle, else the least.
-            close &= np.asarray((x >= 0) & (x <= near.width), dtype=bool)
+            close &= np.asarray((x > 0) & (x <= near.width), dtype=bool)
             direction[close] = m * sign(target[close])
     if x.dtype == object:
         back = ~y if m > 0 else y

@@ -36,9 +36,7 @@ class Slack:
             if size and not SIZES[0] <= size <= SIZES[1]:
                 raise ValueError(f"{size} is no slack")
         if self.within > self.beyond:
-            raise ValueError(
-                f"within reach {self.within} counts as the end, more than {self.beyond} beyond it"
-            )
+            raise ValueError(f"{self.within} within reach counts as the end, more than {self.beyond} beyond")
 
 
 EXACT = Slack()

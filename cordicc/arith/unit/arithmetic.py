@@ -17,8 +17,8 @@ from typing import Any
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
-from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.arith.numbers.slack import slack_of
+from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.base.arrays import Floats
 
 RULES = ("single-rotation", "root-free")
@@ -95,11 +95,11 @@ class Arithmetic:
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
     "vector": lambda cau, params, *values: cau.vector(
-        _system(params), _unit_sign(params), *values, slack_of(params)
+        _system(params), _unit_sign(params), *values, slack=slack_of(params)
     ),
-    "lightcone": lambda cau, params, *values: cau.lightcone(*values, slack_of(params)),
+    "lightcone": lambda cau, params, *values: cau.lightcone(*values, slack=slack_of(params)),
     "implicit": lambda cau, params, *values: cau.implicit(
-        _system(params), _branch(params), *values, slack_of(params)
+        _system(params), _branch(params), *values, slack=slack_of(params)
     ),
 }
 

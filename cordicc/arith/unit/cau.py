@@ -36,9 +36,9 @@ from cordicc.arith.kernels.reduction import (
     sum_and_difference,
 )
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
+from cordicc.arith.numbers.slack import EXACT, Rows, Slack, rows_for
 from cordicc.arith.unit import implicit as implicit_unit
 from cordicc.arith.unit.reach import reach_table
-from cordicc.arith.numbers.slack import EXACT, Rows, Slack, rows_for
 from cordicc.base.arrays import Bools, Floats, Int64s
 
 EXPONENT_BITS = 10
@@ -71,7 +71,7 @@ class Cau:
         return _delivered(first, valid), _delivered(second, valid)
 
     def vector(
-        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, slack: Slack = EXACT
+        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, *, slack: Slack = EXACT
     ) -> tuple[Floats, Floats]:
         """Return the norm sqrt(x^2 + m y^2) and z + sign * angle of (x, y); m = 0: x and z + sign * y/x.
 
@@ -86,7 +86,7 @@ class Cau:
             norm, angle = (self._vector_circular if m else self._vector_linear)(sign, a, b, c)
         return _delivered(norm, valid), _delivered(angle, valid)
 
-    def lightcone(self, u: Floats, v: Floats, slack: Slack = EXACT) -> tuple[Floats, Floats]:
+    def lightcone(self, u: Floats, v: Floats, *, slack: Slack = EXACT) -> tuple[Floats, Floats]:
         """Return sqrt(u v), for u v >= 0, and ln(u/v)/2, for u v > 0: hyperbolic vectoring by x+y and x-y.
 
         Where u and v differ in sign, but one of them is within the slack of 0, the root is 0.
@@ -98,7 +98,7 @@ class Cau:
         return _delivered(root, valid), _delivered(np.where(defined, radians, np.nan), valid)
 
     def implicit(
-        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, slack: Slack = EXACT
+        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, *, slack: Slack = EXACT
     ) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C (m = -1: cosh, sinh): t, and sqrt(A^2 + m B^2 - m C^2) >= 0.
 
@@ -208,7 +208,7 @@ class Cau:
         return norm, np.where(defined, total, np.nan)
 
     def root_slack(self, slack: Slack) -> tuple[Rows, Int64s]:
-        """Return the slack in places of u or v, by their exponent less that of the operand it is relative to."""
+        """Return the slack in places of u or v, by their exponent less that of what it is relative to."""
         size = math.ldexp(slack.beyond, self.operand_bits) if slack.relative else slack.beyond
         rows = rows_for(size, self.fraction_bits + 1)
         return rows, rows.places(Fraction(size), self.fraction_bits + 1)
@@ -218,9 +218,9 @@ class Cau:
     ) -> tuple[Floats, Int64s]:
         """Return sqrt(u v), NaN where u v < 0, and ln(u/v)/2 as an angle, arbitrary where u v <= 0.
 
-        Where u v < 0, but |u| or |v| is within the slack, the root is 0; 2^`unit` is the last place of the
-        larger operand to which a slack may be relative.  u and v are brought to one size by powers of two with an even sum, which a half of the sum and a
-        multiple of ln 2 undo; then 1/2 <= u/v <= 2, that is |y/x| <= 1/3.
+        Where u v < 0, but |u| or |v| is within the slack, the root is 0; a slack may be relative to a number
+        with the last place 2^`unit`.  u and v are brought to one size by powers of two with an even sum,
+        which a half of the sum and a multiple of ln 2 undo; then 1/2 <= u/v <= 2, that is |y/x| <= 1/3.
         """
         size_u = normalise(Scaled(np.abs(u.mantissa), u.exponent), self.fraction_bits)
         size_v = normalise(Scaled(np.abs(v.mantissa), v.exponent), self.fraction_bits)

@@ -15,9 +15,9 @@ which moves p E + q/E by 2^-F S; then x, y and C to places, after eight guard bi
 (1/2 + 2^-8) e^0.9 and C by 1/2 + 2^-8, counted twice for equations that lose their solution by it. On the way
 from psi to theta both |x| and |y| are at most S + H, so the last angle a adds at most (S + H) (e^a - 1).
 
-The end of reach. Where |C| is within the kernel's depth of N = R or sqrt(B^2 - A^2), see `end_of_reach`, the unit
-may deliver the end instead: the residual is then at most that depth, and the angle is off by at most
-sqrt(2 depth/N). With A or B alone the norm is known, and it delivers the end only within the slack.
+The end of reach. Where |C| is within the kernel's depth of N = R or sqrt(B^2 - A^2), see `end_of_reach`, the
+unit may deliver the end instead: the residual is then at most that depth, and the angle is off by about
+sqrt(2 depth/N) at most. With A or B alone the norm is known, and it delivers the end within the slack only.
 
 Second result, both. With h the bound of |y(psi) - C|, alignment included, and w the exact result, x^2 differs
 from w^2 by at most d = 2 |C| h + h^2, so x from w by at most d/w and sqrt d, and the roundings.

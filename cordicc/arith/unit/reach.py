@@ -16,7 +16,7 @@ from cordicc.base.arrays import Int64s
 
 
 class Near(NamedTuple):
-    """Integers in places: what counts as the end, the kernel's thresholds, how far y and the target end apart.
+    """Integers in places: what counts as the end, the kernel's thresholds, how far y ends from the target.
 
     The end is where |C| is at most `slack` beyond it, or `within` before it.  `short` is how far y may end on
     the near side of the target where there is a solution, `beyond` on the other: there the kernel turns to

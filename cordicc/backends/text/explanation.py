@@ -41,7 +41,9 @@ def explanation(plan: Plan) -> Sheet:
     known = all(plan.optimal.values()) and plan.selection.proven
     blocks.append(Heading("Why there is no cheaper plan" if known else "What is known of cheaper plans"))
     blocks.append(Facts(tuple(_reasons(plan, formulas))))
-    blocks += [Heading("How accurate it is"), Facts((*_accuracy(plan), *_checks(plan)))]
+    blocks += [Heading("How accurate it is"), Facts(tuple(_accuracy(plan)))]
+    if plan.checks:
+        blocks += [Heading("What is 0 on a perfect answer"), Facts(tuple(_checks(plan)))]
     return Sheet(f"{plan.name} on {plan.target.name}", tuple(blocks))
 
 
@@ -233,6 +235,7 @@ def _accuracy(plan: Plan) -> Iterator[tuple[str, str]]:
 
 
 def _checks(plan: Plan) -> Iterator[tuple[str, str]]:
+    """Yield how far each check is from 0."""
     for name, figures in plan.checks.items():
         check, seen = plan.problem.check(name), figures.observed
         unit = f" {check.unit}" if check.unit else ""
@@ -243,8 +246,8 @@ def _checks(plan: Plan) -> Iterator[tuple[str, str]]:
         missing = f"; {count(figures.undefined, 'sample')} without a value" if figures.undefined else ""
         yield (
             name,
-            f"largest {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples"
-            f"{allowed}{missing}; 0 is perfect: {check.text}",
+            f"{check.text}: largest {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples"
+            f"{allowed}{missing}",
         )
 
 

@@ -24,15 +24,15 @@ _TRIES = 2
 _SAFETY = 8.0
 """How many times rounding may move a value as far as what tries of random disturbances show."""
 
-_OF_VALUE, _OF_LARGEST = 2.0**-12, 2.0**-20
-"""The largest share of a value, or of the largest, that its own rounding may have."""
+_SHARE = 2.0**-20
+"""The largest share of a value, or else of the largest, that its own rounding may have."""
 
 
 def small_values(graph: Graph, inputs: Samples) -> dict[str, Floats]:
-    """Return the outputs of a graph on samples, to a thousandth at the least, NaN where they have no value.
+    """Return the outputs of a graph on samples, NaN where they have no value.
 
-    Where rounding to double precision could show, or a value is missing, samples are evaluated in high
-    precision; of a large number of such samples those with the largest values.
+    They are right to a millionth of the largest.  Where rounding to double precision could be more, or a
+    value is missing, samples are evaluated in high precision; of very many such samples the largest.
 
     Args:
         graph: operations with one result each.
@@ -65,10 +65,10 @@ def small_values(graph: Graph, inputs: Samples) -> dict[str, Floats]:
 
 
 def _doubtful(size: Floats, rounding: Floats) -> Bools:
-    """Return which values could show their rounding, or are missing."""
+    """Return which values may be off by too much for the largest of them, or are missing."""
     finite = np.isfinite(size)
     largest = float(np.max(size, where=finite, initial=0.0))
-    known = rounding <= np.maximum(_OF_VALUE * size, _OF_LARGEST * largest)
+    known = rounding <= _SHARE * largest
     return np.asarray(~finite | ~known)
 
 
