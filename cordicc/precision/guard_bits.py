@@ -12,7 +12,7 @@ from cordicc.emulate import accuracy, functional
 from cordicc.emulate.observation import exact
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import DEFAULT_SEED, draw
-from cordicc.ir.small_values import roots_of, towards_zero
+from cordicc.ir.towards_zero import roots_of, towards_zero
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
 

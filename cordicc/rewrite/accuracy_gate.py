@@ -40,7 +40,7 @@ class Judgement:
         inaccurate: the name and the sample that are moved most, of those that are moved too far; None if
             none is.
         far: a check and a sample that are moved far: much further than is usual, and than rounded words
-            alone would.  What is allowed may be that itself: then only another way to the outputs does better.
+            alone would.  What is allowed may be as much: then only another way to the outputs does better.
     """
 
     ratios: Mapping[str, Floats]

@@ -31,7 +31,7 @@ _CLOSER = 5
 """Realisations that are looked at for one that keeps checks close, once there is one to compile."""
 
 _ABOUT = 4.0
-"""How much less accurate a realisation may be anywhere than the most accurate one there, as far as none is."""
+"""How much less accurate a realisation may be anywhere than the best there, where none is accurate enough."""
 
 _ROUNDS = 6
 """How often alternatives are found anew, by what is known of the checks by then."""
@@ -93,7 +93,7 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
 
 @dataclass(frozen=True, slots=True)
 class _Tried:
-    """A realisation with its cost and how accurate it is; `found` is what it came from, None of the passes."""
+    """A realisation with its cost and how accurate it is; `found` is what it came from, if not the passes."""
 
     cost: tuple[int, ...]
     judgement: Judgement

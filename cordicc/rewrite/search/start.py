@@ -15,7 +15,7 @@ from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import SINGLE, Words
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem, input_intervals
-from cordicc.ir.small_values import roots_of, towards_zero
+from cordicc.ir.towards_zero import roots_of, towards_zero
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
