@@ -32,7 +32,7 @@ _FAR = 16.0
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class RoundingEffect:
     """What rounding does to the outputs and checks of a realisation.
 
     Attributes:
@@ -103,11 +103,11 @@ class AccuracyGate:
         for name in graph.outputs:
             self._allowed[name][easy:] = np.inf
 
-    def judged(self, graph: Graph) -> Judgement:
+    def judged(self, graph: Graph) -> RoundingEffect:
         """Return how far rounding moves outputs and checks of a graph."""
         moved = self._moved(graph)
         ratios = _ratios(moved, self._allowed)
-        return Judgement(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)))
+        return RoundingEffect(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)))
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""

@@ -14,7 +14,7 @@ from cordicc.ir.meaning.doubles import screen
 from cordicc.ir.problem import Problem
 from cordicc.ir.sampling import draw_with_corners
 from cordicc.ir.well_formed import verify
-from cordicc.rewrite.accuracy_gate import AccuracyGate, Judgement
+from cordicc.rewrite.accuracy_gate import AccuracyGate, RoundingEffect
 from cordicc.rewrite.passes.base import PassContext
 from cordicc.rewrite.passes.order import default_passes
 from cordicc.rewrite.passes.standard_chains import StandardChains
@@ -96,7 +96,7 @@ class _Tried:
     """A realisation with its cost and how accurate it is; `found` is what it came from, if not the passes."""
 
     cost: tuple[int, ...]
-    judgement: Judgement
+    effect: RoundingEffect
     graph: Graph
     proven: bool = False
     found: Found | None = None
@@ -104,17 +104,17 @@ class _Tried:
     @property
     def accurate(self) -> bool:
         """Tell whether rounding moves no output and no check further than is allowed."""
-        return self.judgement.inaccurate is None
+        return self.effect.inaccurate is None
 
     @property
     def close(self) -> bool:
         """Tell whether checks stay close to 0 as well."""
-        return self.judgement.far is None
+        return self.effect.far is None
 
     @property
     def excess(self) -> float:
         """The largest of what rounding does, compared with what is allowed."""
-        return max(float(np.max(ratios, initial=0.0)) for ratios in self.judgement.ratios.values())
+        return max(float(np.max(ratios, initial=0.0)) for ratios in self.effect.ratios.values())
 
 
 @dataclass(slots=True)
@@ -174,7 +174,7 @@ class _Search:
                 kept = each
             if each.accurate and each.close:
                 return True
-            moved = each.judgement.inaccurate or each.judgement.far
+            moved = each.effect.inaccurate or each.effect.far
             assert moved is not None
             if moved[0] in self.problem.check_graph.outputs:
                 self.turned_down[moved[0]] = None
@@ -192,13 +192,13 @@ class _Search:
         """
         every = sorted([self.passes, *self.tried], key=lambda each: each.cost)
         least = {
-            name: np.min([each.judgement.ratios[name] for each in every], axis=0)
-            for name in self.passes.judgement.ratios
+            name: np.min([each.effect.ratios[name] for each in every], axis=0)
+            for name in self.passes.effect.ratios
         }
         fitting = [
             each
             for each in every
-            if all(np.all(each.judgement.ratios[n] <= np.maximum(1.0, _ABOUT * least[n])) for n in least)
+            if all(np.all(each.effect.ratios[n] <= np.maximum(1.0, _ABOUT * least[n])) for n in least)
         ]
         best = fitting[0] if fitting else min(every, key=lambda each: each.excess)
         close = [each for each in fitting if each.close and each.cost[0] <= best.cost[0]]
