@@ -87,7 +87,9 @@ def test_elsewhere_nothing_changes(rule):
         y, C = (v.ravel() for v in np.meshgrid(side, side))
         x = np.full_like(y, column)
         # Of blocks: the largest number has all the bits.
-        whole = (np.maximum(np.maximum(x, np.abs(y)), np.abs(C)) >= 1 << (bits - 2)) & (C * C <= x * x + y * y)
+        whole = (np.maximum(np.maximum(x, np.abs(y)), np.abs(C)) >= 1 << (bits - 2)) & (
+            C * C <= x * x + y * y
+        )
         x, y, C = (v[whole] << guard for v in (x, y, C))
         gap = np.hypot(x, y) - np.abs(C)
         kernel, x, y, z = started(rule, x, y, C)
@@ -100,9 +102,13 @@ def test_elsewhere_nothing_changes(rule):
 @pytest.mark.parametrize("rule", RULES)
 def test_the_least_of_a_hyperbola(rule):
     unit = Cau(24, 24, rule, 16, 30)
-    B, A, C = np.array([(5, 3, 4), (5, 4, 3), (13, 12, 5), (13, -5, 12), (17, 8, 15), (1, 0, 1), (-1, 0, -1)]).T
+    B, A, C = np.array(
+        [(5, 3, 4), (5, 4, 3), (13, 12, 5), (13, -5, 12), (17, 8, 15), (1, 0, 1), (-1, 0, -1)]
+    ).T
     for branch, sign in itertools.product("+-", (1, -1)):
-        t, rest = unit.implicit(-1, branch, sign * A.astype(float), sign * B.astype(float), sign * C.astype(float))
+        t, rest = unit.implicit(
+            -1, branch, sign * A.astype(float), sign * B.astype(float), sign * C.astype(float)
+        )
         exact = -np.arctanh(A / B)
         assert np.abs(t - exact).max() < 2e-6
         assert np.abs(rest).max() < 1e-4
