@@ -7,7 +7,8 @@ may be far from what any sample has; so the slack is at most `_ENOUGH` times wha
 the default samples next to the border.
 
 Beyond the border the slack takes nothing away: what is there has no other value. Before the end of reach it
-would, so what counts as the end there is no more than what half of the samples need.
+would, so what counts as the end there is no more than what half of the samples need, or as much where many of
+them are at the border, as by a clamp.
 
 Rounding is monotone. So words of one format that nothing but rounding has made, of inputs and exact
 constants, are on the right side of one another, and an operation on such operands has no slack.
@@ -146,23 +147,40 @@ class _Border:
         moved, size = self.near()
         if not moved.size:
             return _rounded_up(float(self.whole.moved[0]), self._within(float(self.whole.moved[0])))
-        large, usual = np.quantile(moved, (_MOST, 0.5)) * _ENOUGH
+        shares = (_MOST, _MOST if self.clamped else 0.5)
+        large, usual = np.quantile(moved, shares) * _ENOUGH
         if scaled and self.step.op in ("implicit", "vector"):
-            large_share, usual_share = np.quantile(moved / size, (_MOST, 0.5)) * _ENOUGH
+            large_share, usual_share = np.quantile(moved / size, shares) * _ENOUGH
             # Which of the two differs less from sample to sample fits all of them better.
             if large_share / usual_share < large / usual and large_share < 1:
                 return _rounded_up(large_share, self._within(usual_share), relative=True)
         return _rounded_up(min(float(self.whole.moved[0]), large), self._within(usual))
 
-    def near(self) -> tuple[Floats, Floats]:
-        """Return how far samples next to the border are carried, and their sizes."""
+    @property
+    def usable(self) -> Bools:
+        """Tell which samples say something."""
         alone = self.alone
-        usable = alone.valid & np.isfinite(alone.moved) & (alone.moved > 0) & (alone.size > 0)
-        moved, size = alone.moved[usable], alone.size[usable]
-        if not moved.size:
-            return moved, size
-        near = _next_to(alone.margin[usable], moved)
-        return moved[near], size[near]
+        return alone.valid & np.isfinite(alone.moved) & (alone.moved > 0) & (alone.size > 0)
+
+    @property
+    def at_border(self) -> Bools:
+        """Tell which samples are at the border, as far as errors tell."""
+        return self.usable & (np.abs(self.alone.margin) <= _ENOUGH * self.alone.moved)
+
+    @property
+    def clamped(self) -> bool:
+        """Tell whether so many samples are at the border that |C| is made not to exceed R."""
+        return bool(_NEAREST * self.at_border.sum() > self.usable.sum())
+
+    def near(self) -> tuple[Floats, Floats]:
+        """Return how far samples are carried that are at the border or nearest to it, and their sizes."""
+        usable = self.usable
+        if not usable.any():
+            return self.alone.moved[usable], self.alone.size[usable]
+        distance = np.abs(self.alone.margin)
+        last = (int(usable.sum()) - 1) // _NEAREST
+        near = usable & (distance <= float(np.partition(distance[usable], last)[last])) | self.at_border
+        return self.alone.moved[near], self.alone.size[near]
 
     def _within(self, usual: float) -> float:
         """Return what counts as the end of reach before it: nothing for a root, which is no less right there.
@@ -189,14 +207,6 @@ class _Border:
         total, least = carried + residual, float(self.whole.least[0])
         share = (total + depth) / least if least > 0 else math.inf
         return EndError(_short_above(total), _short_above(math.acos(1 - share)) if share < 1 else None)
-
-
-def _next_to(margin: Floats, moved: Floats) -> Bools:
-    """Tell which samples are at the border, as far as errors tell, or are among the nearest to it."""
-    distance = np.abs(margin)
-    last = (len(distance) - 1) // _NEAREST
-    nearest = float(np.partition(distance, last)[last])
-    return np.asarray((distance <= nearest) | (distance <= _ENOUGH * moved))
 
 
 def _rounded_up(beyond: float, within: float, *, relative: bool = False) -> Slack:

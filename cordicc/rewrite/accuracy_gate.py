@@ -213,7 +213,7 @@ class AccuracyGate:
         for name, column in self._results(graph, all_results(graph, points, rounded), points).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
-            moved[name] = _root_mean_square(np.nan_to_num(distance))
+            moved[name] = root_mean_square(np.nan_to_num(distance))
         return moved
 
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
@@ -241,7 +241,7 @@ def _farthest(ratios: Mapping[str, Floats]) -> tuple[str, int] | None:
     return found
 
 
-def _root_mean_square(tries: Floats) -> Floats:
+def root_mean_square(tries: Floats) -> Floats:
     """Return the mean square of each column, of which the squares alone may be beyond every double."""
     largest = np.max(tries, axis=0)
     scale = np.where(largest > 0, largest, 1.0)
