@@ -307,3 +307,23 @@ def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
     for index, node in enumerate(second.graph.nodes):
         assert node.op != "implicit" or Value(index, 1) not in second.graph.used_results()
     same_where(problem, second.graph, {"t": [0.0, 1.0]})
+
+
+def test_on_fixed_point_words_decide(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=-1:1, y=-1:1, z=-1:1", "r = sqrt(x**2 + y**2 + z**2)", "r")
+    builder = Builder()
+    x, y, z = (builder.input(name) for name in "xyz")
+    zero = builder.const(0)
+    flat = builder.emit("vector", (x, y, zero), (1, 1))
+    chain = builder.build({"r": builder.emit("vector", (flat, z, zero), (1, 1))})
+    sizes = np.geomspace(1e-4, 1.0, 40)
+    points = {"x": sizes, "y": -0.5 * sizes, "z": 0.25 * sizes}
+    words = Costs.of(load_target("fixed24"), implicit=True).words
+    squares = certain(problem)
+    assert "mul" in {node.op for node in squares.nodes}
+    gate = AccuracyGate(problem, squares, points, words=words, coarsest=words)
+    assert (gate.judged(squares).inaccurate or ("", 1)) == ("r", 0), (
+        "squares of small numbers have few digits"
+    )
+    assert gate.judged(chain).inaccurate is None
+    assert AccuracyGate(problem, squares, points).judged(squares).inaccurate is None
