@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import NamedTuple
 
 from cordicc.backends.palette import LOOKS
+from cordicc.expressions.quantities import base_unit, unit_meant
 from cordicc.plan.model import Fifo, Operand, Operation, Plan
+from cordicc.plan.origin import PlanInput
 from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
 
@@ -43,6 +46,24 @@ def constant(text: str) -> str:
     except (ValueError, OverflowError, ZeroDivisionError):
         return text
     return f"{value:.6g}".replace("-", "−")
+
+
+class ShownRange(NamedTuple):
+    """The range of an input as it is shown: numbers in the unit of its label, and the unit."""
+
+    lo: float
+    hi: float
+    unit: str
+
+
+def shown_range(item: PlanInput) -> ShownRange:
+    """Return the range of an input in the unit of the file; samples are in metres or radians."""
+    if item.scale is None or item.unit is None:
+        return ShownRange(item.lo, item.hi, item.unit or "")
+    lo, hi = (float(f"{end / item.scale:.12g}") for end in (item.lo, item.hi))
+    meant = unit_meant(item.unit)
+    samples = "" if item.scale == 1 or meant is None else f", samples in {base_unit(meant)}"
+    return ShownRange(lo, hi, item.unit + samples)
 
 
 def operand(item: Operand) -> str:
@@ -156,6 +177,13 @@ def proof(plan: Plan, name: str) -> str:
         return "proven optimal for these operations"
     bound = plan.bounds.get(name)
     return "no bound" if bound is None else f"at least {bound}"
+
+
+def needs_effort(plan: Plan) -> bool:
+    """Tell whether a larger --effort may find or prove more."""
+    searched = not plan.selection.searched or plan.selection.proven
+    limited = any("--effort" in words for words in plan.selection.left_out)
+    return limited or not searched or not all(plan.optimal.values())
 
 
 def headline(plan: Plan) -> str:

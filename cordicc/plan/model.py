@@ -14,7 +14,7 @@ from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
 from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
-from cordicc.plan.stated_accuracy import OutputAccuracy
+from cordicc.plan.stated_accuracy import CheckFigures, OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -134,12 +134,16 @@ class Fifo:
 class Selection:
     """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them.
 
-    `facts` are the assumptions of the problem, as written there, on which the choice rests.
+    `facts` are the assumptions of the problem, as written there, on which the choice rests; `left_out` what
+    was not among the alternatives for its size, its work or the target, in words; `turned_down` are the
+    checks for which cheaper operations were turned down.
     """
 
     searched: bool = False
     proven: bool = False
     facts: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    turned_down: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +164,8 @@ class Plan:
     Times are in clock cycles, counted from the one in which the inputs are accepted.  `outputs` are what
     each output takes.  Of the figures `processors`, `latency` and `fifo_words`, `optimal` tells which are
     proven to be the least under the options, `bounds` what each is at the least.  `accuracy` is by output,
-    empty for a plan that was not run.  `unit_program` is the graph of the operations with exact constants,
-    from which error bounds are derived.
+    `checks` by check, both empty for a plan that was not run.  `unit_program` is the graph of the
+    operations with exact constants, from which error bounds are derived.
     """
 
     problem: PlanProblem
@@ -180,6 +184,7 @@ class Plan:
     formats: Formats = field(default_factory=Formats)
     selection: Selection = field(default_factory=Selection)
     unit_program: Graph | None = None
+    checks: Mapping[str, CheckFigures] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.plan.model import ControlWord, EndError, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
+    PlanCheck,
     PlanEquation,
     PlanInput,
     PlanOptions,
@@ -19,7 +22,14 @@ from cordicc.plan.origin import (
     PlanTarget,
     PlanUnitKind,
 )
-from cordicc.plan.stated_accuracy import OutputAccuracy, Predicate, SeenErrors, StatedBound
+from cordicc.plan.stated_accuracy import (
+    AccuracyEnd,
+    CheckFigures,
+    OutputAccuracy,
+    Predicate,
+    SeenErrors,
+    StatedBound,
+)
 
 FORMAT = "cordicc-plan"
 VERSION = 1
@@ -51,12 +61,15 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "outputs": {name: _operand(operand) for name, operand in plan.outputs.items()},
         "optimal": dict(plan.optimal),
         "bounds": dict(plan.bounds),
-        "selection": {**asdict(plan.selection), "facts": list(plan.selection.facts)},
+        "selection": {
+            name: list(x) if isinstance(x, tuple) else x for name, x in asdict(plan.selection).items()
+        },
         "formats": {
             "values": {name: point._asdict() for name, point in plan.formats.values.items()},
             "outputs": {name: point._asdict() for name, point in plan.formats.outputs.items()},
         },
         "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
+        "checks": {name: check_data(plan.problem.check(name), found) for name, found in plan.checks.items()},
     }
 
 
@@ -65,7 +78,7 @@ def _problem(plan: Plan) -> dict[str, Any]:
     data: dict[str, Any] = {
         "name": problem.name,
         "description": problem.description,
-        "inputs": [asdict(item) for item in problem.inputs],
+        "inputs": [_input(item) for item in problem.inputs],
         "constants": dict(problem.constants),
         "equations": [asdict(item) for item in problem.equations],
         "outputs": [
@@ -73,14 +86,26 @@ def _problem(plan: Plan) -> dict[str, Any]:
             for o in problem.outputs
         ],
         "assumptions": list(problem.assumptions),
+        "checks": [asdict(item) for item in problem.checks],
+        "check_program": print_graph(problem.check_program) if problem.checks else "",
         "program": print_graph(problem.program),
         "samples": None,
         "warnings": list(problem.warnings),
     }
     if problem.samples is not None:
         data["samples"] = {"columns": {name: list(column) for name, column in problem.samples.items()}}
+    if problem.facts.items:
+        data["facts"] = [{"text": fact.text, "relation": fact.relation} for fact in problem.facts.items]
+        data["fact_program"] = print_graph(problem.facts.graph)
     if plan.unit_program is not None:
         data["unit_program"] = print_graph(plan.unit_program)
+    return data
+
+
+def _input(item: PlanInput) -> dict[str, Any]:
+    data = asdict(item)
+    if item.scale is None:
+        del data["scale"]
     return data
 
 
@@ -106,7 +131,21 @@ def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
         data["bound"] = bound_data(bound)
     elif figures.bound_reason:
         data["bound_reason"] = figures.bound_reason
+    if figures.ends:
+        data["ends"] = [{**asdict(end), "at": dict(end.at)} for end in figures.ends]
     return data
+
+
+def check_data(check: PlanCheck, figures: CheckFigures) -> dict[str, Any]:
+    """Return what a check showed as plain data, in the form of the published schema."""
+    worst = figures.worst_input
+    return {
+        "observed": {"max": figures.observed.max, "rms": figures.observed.rms},
+        "max": check.max,
+        "unit": check.unit,
+        "undefined": figures.undefined,
+        "worst_input": None if worst is None else dict(worst),
+    }
 
 
 def bound_data(bound: StatedBound) -> dict[str, Any]:
@@ -179,11 +218,10 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
         ValueError: there is no such arithmetic.
     """
     problem = _read_problem(data["problem"], name)
-    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
-    order = [output.name for output in problem.outputs]
 
+    # JSON keys are sorted; the problem knows the order in which outputs are delivered.
     def delivered(items: dict[str, Any]) -> dict[str, Any]:
-        return {name: items[name] for name in dict.fromkeys([*order, *items]) if name in items}
+        return _ordered([output.name for output in problem.outputs], items)
 
     formats = data.get("formats", {"values": {}, "outputs": {}})
     selection = data.get("selection", {"searched": False, "proven": False})
@@ -209,9 +247,24 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
             {name: _read_point(item) for name, item in delivered(formats["outputs"]).items()},
         ),
         accuracy={name: _read_accuracy(item) for name, item in delivered(data["accuracy"]).items()},
-        selection=Selection(selection["searched"], selection["proven"], tuple(selection.get("facts", ()))),
+        selection=Selection(
+            selection["searched"],
+            selection["proven"],
+            tuple(selection.get("facts", ())),
+            tuple(selection.get("left_out", ())),
+            tuple(selection.get("turned_down", ())),
+        ),
         unit_program=None if program is None else parse_graph(program, name),
+        checks={
+            name: _read_check(item)
+            for name, item in _ordered([c.name for c in problem.checks], data.get("checks", {})).items()
+        },
     )
+
+
+def _ordered(names: Sequence[str], items: dict[str, Any]) -> dict[str, Any]:
+    """Return items by name, those with one of `names` first and in their order."""
+    return {name: items[name] for name in dict.fromkeys([*names, *items]) if name in items}
 
 
 def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
@@ -221,7 +274,7 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         program=parse_graph(data["program"], name),
         description=data["description"],
         inputs=tuple(
-            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"])
+            PlanInput(item["name"], float(item["lo"]), float(item["hi"]), item["unit"], item.get("scale"))
             for item in data["inputs"]
         ),
         constants=data["constants"],
@@ -233,7 +286,20 @@ def _read_problem(data: dict[str, Any], name: str) -> PlanProblem:
         assumptions=tuple(data.get("assumptions", ())),
         samples=None if samples is None else {n: tuple(column) for n, column in samples["columns"].items()},
         warnings=tuple(data["warnings"]),
+        facts=_read_facts(data, name),
+        checks=tuple(
+            PlanCheck(item["name"], item["text"], item["unit"], item["max"], item["asked"])
+            for item in data.get("checks", ())
+        ),
+        check_program=parse_graph(data.get("check_program", ""), name),
     )
+
+
+def _read_facts(data: dict[str, Any], name: str) -> InputFacts:
+    if "facts" not in data:
+        return InputFacts()
+    stated = [(fact["text"], fact["relation"]) for fact in data["facts"]]
+    return InputFacts.of(stated, parse_graph(data["fact_program"], name))
 
 
 def _read_target(data: dict[str, Any]) -> PlanTarget:
@@ -275,7 +341,17 @@ def _read_accuracy(data: dict[str, Any]) -> OutputAccuracy:
         SeenErrors(seen["max"], seen["rms"], rows),
         None if bound is None else _read_bound(bound),
         data.get("bound_reason", ""),
+        tuple(map(_read_end, data.get("ends", ()))),
     )
+
+
+def _read_end(data: dict[str, Any]) -> AccuracyEnd:
+    return AccuracyEnd(**{field.name: data[field.name] for field in fields(AccuracyEnd)})
+
+
+def _read_check(data: dict[str, Any]) -> CheckFigures:
+    seen = data["observed"]
+    return CheckFigures(SeenErrors(seen["max"], seen["rms"]), int(data["undefined"]), data["worst_input"])
 
 
 def _read_bound(data: dict[str, Any]) -> StatedBound:

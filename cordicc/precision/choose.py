@@ -66,7 +66,9 @@ def plan_with_formats(
             options=recorded,
             formats=specs,
             steps=choice.steps,
-            selection=Selection(choice.searched, choice.proven, choice.facts),
+            selection=Selection(
+                choice.searched, choice.proven, choice.facts, choice.left_out, choice.turned_down
+            ),
         )
 
     if not isinstance(words, FixedSystem) or not target.guard_is_open:

@@ -37,7 +37,7 @@ def fewest_guard_bits(problem: PlanProblem, most: int, plan_with: Callable[[int]
     angles = {o.name: o.is_angle for o in problem.outputs if o.max_error is None}
     if not angles:
         return plan_with(0)
-    inputs = draw(problem.workspace, _SAMPLES, DEFAULT_SEED)
+    inputs = problem.facts.among(draw(problem.workspace, _SAMPLES, DEFAULT_SEED))
     reference = exact(problem, inputs)
 
     def quantiles(plan: Plan) -> dict[str, NDArray[np.float64]]:

@@ -31,8 +31,8 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
 
     A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
     rounding proves nothing and is passed over: one whose results change when its inputs are moved by
-    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.  So is one with a number
-    on the way that is too large for every format.
+    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.  So is one that breaks
+    what the problem assumes, or with a number on the way that is too large for every format.
     """
     fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
     probes = max(_FEWEST, min(_PROBES, fitting))
@@ -46,7 +46,8 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
         for i in range(_SHAKES)
     ]
     rewritten, kept = reference_outputs(graph, samples)
-    steady = np.ones(probes, dtype=bool)
+    # Rewriting may rest on what is assumed of the inputs.
+    steady = problem.facts.kept(samples)
     for value, still_defined in (moved, *shaken):
         steady &= defined == still_defined
         for output in problem.outputs:

@@ -132,8 +132,16 @@ class CFixedPoint:
         return self._rounded(f"{high} * {int64(1 << min(lift, _MOST_LIFT))} + {low}", fraction, to)
 
     def _compared(self, a: COperand, test: str, b: COperand) -> str:
-        """Compare words; 32 places tell the lesser of any two apart."""
+        """Compare words; 32 places tell the lesser of any two apart.
+
+        A constant that no word of the other format reaches decides; compilers warn of such comparisons.
+        """
         spread = max(-32, min(32, _bits(a) - _bits(b)))
+        for constant, lift, other, met in ((b, spread, a, "<"), (a, -spread, b, ">")):
+            if constant.constant and lift >= 0:
+                reached = int(constant.text.strip("()")) << lift
+                if abs(reached) > _fixed(other.format).largest_word:
+                    return str(int((reached > 0) == (test == met)))
         left, right = f"(int64_t){a.text}", f"(int64_t){b.text}"
         if spread > 0:
             right += f" * {int64(1 << spread)}"

@@ -23,6 +23,7 @@ from cordicc.backends.c.c_fixed import CannotEmit, CFixedPoint
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.backends.c.c_sections import Library, render
 from cordicc.backends.c.c_single import CSinglePrecision
+from cordicc.backends.labels import shown_range
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -110,7 +111,8 @@ class _ModelTexts:
         for at, item in enumerate(self.plan.problem.inputs):
             name = item.name
             format_ = self.formats[name]
-            about = [self.words.describe(format_), f"{item.lo!r} to {item.hi!r}", item.unit or ""]
+            shown = shown_range(item)
+            about = [self.words.describe(format_), f"{shown.lo!r} to {shown.hi!r}", shown.unit]
             yield {
                 "name": name,
                 "member": self.terms[name].text.removeprefix("in->"),

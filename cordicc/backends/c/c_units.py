@@ -100,9 +100,15 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "steps": {name: Steps(table) for name, table in tables.items()},
         "never": NEVER,
         "pi": pi_fixed(cau.angle_bits),
+        "to_16_bits": _to_16_bits("angle", cau.angle_bits),
         "inverse_ln2": inverse_ln2_fixed(30),
         "quarter": product(quarter, TAU_BITS + 3, cau.angle_bits),
     }
+
+
+def _to_16_bits(angle: str, bits: int) -> str:
+    """Return an angle with so many fraction bits as one with 16."""
+    return f"shift_down({angle}, {bits - 16})" if bits >= 16 else f"{angle} * {int64(1 << (16 - bits))}"
 
 
 def phase_table(exponents: Sequence[range]) -> dict[str, Any]:

@@ -137,9 +137,9 @@ def _through(connection: Connection, before: str) -> str:
 
 
 def _input(item: PlanInput) -> About:
-    unit = f" {item.unit}" if item.unit else ""
-    ends = " to ".join(labels.constant(str(end)) for end in (item.lo, item.hi))
-    facts = (("Range", f"{ends}{unit}"), ("Accepted in", "cycle 0"))
+    shown = labels.shown_range(item)
+    ends = " to ".join(labels.constant(str(end)) for end in (shown.lo, shown.hi))
+    facts = (("Range", f"{ends} {shown.unit}".rstrip()), ("Accepted in", "cycle 0"))
     return About(f"in.{item.name}", f"input {item.name}", (), facts)
 
 

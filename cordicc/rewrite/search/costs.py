@@ -15,6 +15,9 @@ _KINDS = {"mul": "mul", "cmul": "cmul", "shift": "shift", **dict.fromkeys(_ADDER
 AREA_STEP = 10
 """Areas are counted in tenths of an adder equivalent."""
 
+_GUARD_BITS = 3
+"""At the least, where they are chosen by the accuracy later."""
+
 
 @dataclass(frozen=True, slots=True)
 class Costs:
@@ -22,7 +25,8 @@ class Costs:
 
     `implicit`: implicit CAUs may be used; else such an operation is a chain of three standard ones, or of
     two if one of its coefficients is 0.  `floating`: numbers have exponents, so that values may be scaled
-    by common denominators.  `preferred`: few standard CAUs come before every goal.
+    by common denominators; else words between operations have `guard_bits` more than those outside.
+    `preferred`: few standard CAUs come before every goal.
     """
 
     latency: dict[str, int]
@@ -30,14 +34,18 @@ class Costs:
     implicit: bool = True
     floating: bool = True
     preferred: bool = False
+    guard_bits: int = 0
 
     @classmethod
     def of(cls, target: Target, *, implicit: bool, preferred: bool = False) -> Costs:
         """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        floating = not isinstance(target.machine().system, FixedSystem)
-        return cls(latency, area, implicit, floating, implicit and preferred)
+        system = target.machine().system
+        if not isinstance(system, FixedSystem):
+            return cls(latency, area, implicit, True, implicit and preferred)
+        guard = _GUARD_BITS if target.guard_is_open else system.guard_bits
+        return cls(latency, area, implicit, False, implicit and preferred, guard)
 
     def caus(self, op: str, zero_coefficient: bool = False) -> int:
         """Return how many CAUs an operation takes."""

@@ -118,9 +118,9 @@ def alternatives(
 ) -> Alternatives:
     """Return all that may compute the outputs, and `extra` values that a guard may want.
 
-    The first `certain` nodes of the store are the realisation to be no less accurate than: an operation
-    that yields one of its values, with a bound of the rounding error more than `worse` times as large, is
-    left out, and so are the results in `banned` and those that are made the same way.
+    The first `certain` nodes of the store are the realisation to be no less accurate than: a result that is
+    one of its values, with a bound of the rounding error more than `worse` times as large, is left out, and
+    so are the results in `banned` and those that are made the same way.
     """
     classes = Classes(store)
     options: list[Option] = []
@@ -140,7 +140,7 @@ def alternatives(
             if index == certain - 1:
                 _ease(classes, outputs.values(), least, worse)
         else:
-            good = [o for o in made if _accurate(store, o, least, worse) and _moderate(store, o)]
+            good = [_accurate(store, o, least, worse) for o in made if _moderate(store, o)]
             options += [_without(o, lambda _, way: way in ways) for o in good]
     options = _possible(options)
     providers: dict[int, list[int]] = {}
@@ -186,13 +186,14 @@ def _ease(classes: Classes, outputs: Iterable[Value], least: dict[int, Floats], 
             least[k] = np.fmax(least[k], np.nanmedian(least[k]) * (_USUAL / worse))
 
 
-def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> bool:
-    for result, classes in enumerate(option.results):
-        error = store.error(option.value(result))
-        for k in classes:
-            if k in least and not bool(np.all(error / worse <= least[k])):
-                return False
-    return True
+def _accurate(store: Store, option: Option, least: dict[int, Floats], worse: float) -> Option:
+    """Return an option without the results that are less accurate than they may be."""
+
+    def inaccurate(value: Value, way: Way) -> bool:
+        error = store.error(value)
+        return not all(np.all(error / worse <= least[k]) for k in option.results[way[3]] if k in least)
+
+    return _without(option, inaccurate)
 
 
 def _moderate(store: Store, option: Option) -> bool:

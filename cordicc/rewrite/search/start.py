@@ -52,9 +52,13 @@ def fill(
     ranges: Mapping[str, Interval],
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
+    work: float = 1.0,
 ) -> Filled | None:
-    """Return a store with realisations in it, None if they take more generators than there may be."""
-    field = _field(graphs)
+    """Return a store with realisations in it, None if they take more generators than there may be.
+
+    `work` multiplies the usual limits of size.
+    """
+    field = _field(graphs, work)
     if field is None:
         return None
     store = Store(field, ranges, points)
@@ -86,7 +90,8 @@ def sample_points(
 ) -> dict[str, Floats] | None:
     """Return points of the workspace at which graphs have values, None if there are too few.
 
-    Besides `count` random ones there are those nearest to the singular points of the units.
+    Besides `count` random ones there are those nearest to the singular points of the units.  They keep what
+    the problem assumes if enough of the points that are looked at do.
     """
     generator = np.random.Generator(np.random.PCG64(7))
     if problem.samples is not None:
@@ -108,13 +113,15 @@ def sample_points(
                     critical.append(np.abs(results[_CRITICAL[graph.nodes[index].op]]))
     if good.sum() < _POINTS // 2:
         return None
+    kept = good & problem.facts.kept(drawn)
+    good = kept if kept.sum() >= _POINTS // 2 else good
     first = np.flatnonzero(good)
     nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
     rows = np.unique(np.concatenate([first[:count], *nearest]))
     return {name: column[rows] for name, column in drawn.items()}
 
 
-def _field(graphs: Sequence[Graph]) -> Field | None:
+def _field(graphs: Sequence[Graph], work: float) -> Field | None:
     operations = [n for g in graphs for n in g.nodes]
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
     inputs = count.get("input", 0) // len(graphs)
@@ -129,7 +136,8 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
     opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
     free = inputs + 2 * pairs + opaque + OPAQUE
-    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
+    fits = free + pairs + roots <= _GENERATORS * work
+    return Field(free, pairs, roots, work) if fits else None
 
 
 def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
@@ -183,7 +191,7 @@ def _assume(store: Store, problem: Problem) -> None:
         store.make("input", (), (spec.name,))
     if not problem.assumptions:
         return
-    graph = Simplify().apply(problem.assumption_graph, PassContext({}))
+    graph = Simplify().apply(problem.facts.graph, PassContext({}))
     if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
         return
     moved = _import(store, graph)
