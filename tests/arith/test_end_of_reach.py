@@ -75,7 +75,7 @@ def test_without_the_rule_the_end_is_missed(rule):
 
 @pytest.mark.parametrize("rule", quick(RULES, "single-rotation"))
 def test_elsewhere_nothing_changes(rule):
-    """Every x >= 0, y and C of 7 bits: where the rule decides otherwise C is no farther from R than the depth."""
+    """Every x > 0, y and C of 7 bits: where the rule decides otherwise C is within the depth of R."""
     bits, guard, iterations = 7, 8, 16
     sequence = sequence_of(rule, 1, iterations)
     table = shift_sequences.step_table(sequence, 24)
@@ -88,7 +88,7 @@ def test_elsewhere_nothing_changes(rule):
         x = np.full_like(y, column)
         # Of blocks: the largest number has all the bits.
         whole = (np.maximum(np.maximum(x, np.abs(y)), np.abs(C)) >= 1 << (bits - 2)) & (
-            C * C <= x * x + y * y
+            x * x + y * y >= C * C
         )
         x, y, C = (v[whole] << guard for v in (x, y, C))
         gap = np.hypot(x, y) - np.abs(C)
@@ -125,7 +125,7 @@ def test_a_slack_makes_the_end_of_what_is_beyond_and_no_more(rule):
             norm = 5.0 if m == 1 else math.sqrt(B * B - A * A)
             norm = float(np.float32(norm))
             C = norm + m * offsets
-            t, rest = unit.implicit(m, branch, A, B, C, slack=slack)
+            t, _ = unit.implicit(m, branch, A, B, C, slack=slack)
             end = math.atan2(A, B) if m == 1 else -math.atanh(A / B)
             assert np.isnan(t).tolist() == [False, False, False, False, True]
             assert np.abs(t - end)[1:4].max() < 1e-6
@@ -157,7 +157,7 @@ def test_roots_of_what_is_negative_by_the_slack_are_0():
 
 @pytest.mark.parametrize("size", [(0.1, 0.2), (-1.0, 0.0), (math.inf, 0.0), (math.nan, 0.0), (1e-300, 0.0)])
 def test_sizes_that_are_no_slack(size):
-    with pytest.raises(ValueError, match="no slack|within reach"):
+    with pytest.raises(ValueError, match=r"no slack|within reach"):
         Slack(*size)
 
 

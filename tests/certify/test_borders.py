@@ -1,4 +1,4 @@
-"""What rounding alone puts beyond a border is on it: slacks, the end of reach in plans, and what is said of it."""
+"""What rounding alone puts beyond a border is on it: slacks, the end of reach, and what is said of it."""
 
 import math
 from pathlib import Path
@@ -8,9 +8,9 @@ import pytest
 
 from cordicc.arith.numbers.slack import EXACT
 from cordicc.backends.text.summary import plan_sheet
+from cordicc.base.text_tables import plain
 from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import own_bounds
-from cordicc.base.text_tables import plain
 from cordicc.emulate import functional
 from cordicc.ir.meaning.reference import reference_outputs
 from tests.support.plans import compiled, planned

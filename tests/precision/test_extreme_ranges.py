@@ -1,4 +1,4 @@
-"""Ranges up to those of doubles, and beyond: a diagnostic on every target, no traceback and no warning of NumPy."""
+"""Ranges up to those of doubles, and beyond: a diagnostic on every target, no traceback and no warning."""
 
 from pathlib import Path
 

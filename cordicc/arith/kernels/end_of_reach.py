@@ -2,10 +2,10 @@
 
 At the end y is at its extreme and x = 0: the last angles change y by less than its roundings, so that a
 comparison with the target would decide by chance, and leave an angle of sqrt(2 e/R) for an error e of y - C.
-The sign of x tells the way to the end as well as it tells vectoring's. So where x > 0 is at most a *width* and
-|y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1, where y
-has its least value there: against it). Elsewhere it compares; at x = 0 either way is right, and sgn(0) = +1
-the one from which a first turn by 90 degrees comes back. Notation and places as in
+The sign of x tells the way to the end as well as it tells vectoring's. So where x > 0 is at most a *width*
+and |y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1,
+where y has its least value there: against it). Elsewhere it compares; at x = 0 either way is right, and
+sgn(0) = +1 the one from which a first turn by 90 degrees comes back. Notation and places as in
 `circular_bound` and `hyperbolic_bound`; N stands for R (m = 1) or sqrt(B^2 - A^2) (m = -1).
 
 Height and width. Let the exact equation have |C| = N, and let the kernel's operands move N - C by at most s
@@ -68,7 +68,7 @@ class EndOfReach:
     stretch: float
     rounded: float
 
-    def height(self, slack: Floats) -> Floats:
+    def height(self, slack: Floats | float) -> Floats:
         """Return the largest |y - T| at which the sign of x decides, in the kernel's places.
 
         Args:
@@ -76,12 +76,12 @@ class EndOfReach:
         """
         return np.asarray(self.stretch * (self.across + slack) * _UP)
 
-    def width(self, slack: Floats) -> Floats:
+    def width(self, slack: Floats | float) -> Floats:
         """Return the largest x at which the sign of x decides, in the kernel's places."""
         error = self.across + slack
         return np.asarray(self.stretch * (np.sqrt(2 * (self.largest + error) * error) + self.along) * _UP)
 
-    def depth(self, slack: Floats) -> Floats:
+    def depth(self, slack: Floats | float) -> Floats:
         """Return the largest |N - C| in places for which the kernel may turn to the end instead."""
         over = self.rounded / self.stretch
         x = self.width(slack) * over + self.along

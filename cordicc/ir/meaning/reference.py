@@ -51,26 +51,10 @@ def reference_outputs(
     return dict(zip(graph.outputs, results, strict=True)), ~np.isnan(results).any(axis=0)
 
 
-def leaves_range(graph: Graph, inputs: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Tell for which samples a number on the way has no value but for its size, an array of booleans."""
-    count = len(next(iter(inputs.values()))) if inputs else 1
-    found: set[int] = set()
-    rounded_outputs(graph, inputs, list(range(count)), too_large=found)
-    return np.isin(np.arange(count), list(found))
-
-
 def rounded_outputs(
-    graph: Graph,
-    inputs: Mapping[str, np.ndarray],
-    samples: list[int],
-    *,
-    jitter: bool = False,
-    too_large: set[int] | None = None,
+    graph: Graph, inputs: Mapping[str, np.ndarray], samples: list[int], *, jitter: bool = False
 ) -> np.ndarray:
-    """Return the outputs on some samples rounded to `PRECISION` bits, of shape (outputs, samples).
-
-    Samples with a number that no format holds are added to `too_large`.
-    """
+    """Return the outputs on some samples rounded to `PRECISION` bits, of shape (outputs, samples)."""
     results = np.full((len(graph.outputs), len(samples)), np.nan)
     slot = _slots(graph)
     values: list[Result] = [None] * len(slot)
@@ -96,10 +80,7 @@ def rounded_outputs(
                 arguments = [shake(argument) for argument in arguments]
             made = None if None in arguments else function(*arguments)
             if made is not None:
-                held = tuple(map(_bounded, made)) if many else _bounded(made)
-                if too_large is not None and made != held:
-                    too_large.add(sample)
-                made = held
+                made = tuple(map(_bounded, made)) if many else _bounded(made)
             if many:
                 values[at], values[at + 1] = made or (None, None)
             else:
