@@ -39,6 +39,12 @@ def most_within(bound: StatedBound | None) -> float | None:
     return None if bound is None or bound.own_bounds is None else bound.own_bounds.get("0.99")
 
 
+def turned_down(plan: Plan) -> str:
+    """Say for which checks cheaper operations were turned down."""
+    names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
+    return f"cheaper operations were turned down: rounding would move {names} too far from 0"
+
+
 def constant(text: str) -> str:
     """Write a constant of the plan to six significant digits; text of another form stays."""
     try:

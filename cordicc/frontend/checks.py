@@ -8,7 +8,7 @@ the words that were delivered.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -140,14 +140,15 @@ class FoundChecks:
 class CheckReader:
     """Makes the values of checks over the delivered outputs.
 
-    `scope` has what the names of the file mean, `parsed` are all equations and checks with branches
-    chosen, and `inputs` and `outputs` the ranges of these.
+    `scope` has what the names of the file mean, `parsed` are all equations and checks with branches chosen,
+    `inputs` and `outputs` their names; `ranges` gives those of both.
     """
 
     scope: Scope
     parsed: Sequence[ParsedEquation]
-    inputs: Mapping[str, tuple[float, float]]
-    outputs: Mapping[str, tuple[float, float]]
+    inputs: frozenset[str]
+    outputs: Mapping[str, OutputSpec]
+    ranges: Callable[[], Mapping[str, tuple[float, float]]]
 
     @property
     def _equations(self) -> list[ParsedEquation]:
@@ -196,7 +197,9 @@ class CheckReader:
         """Return what names mean where outputs are what was delivered, and those that have no value then."""
         mine = self.scope
         scope = Scope(LimitedBuilder(), Report(), unknown=_KNOWN)
-        for name in (*self.inputs, *self.outputs):
+        for name in mine.lines:
+            if name not in self.inputs and name not in self.outputs:
+                continue
             scope.define(name, scope.builder.input(name), mine.lines[name])
         needed = self._needed(made)
         again = [e for e in self._equations if e.target in needed and mine.values.get(e.target) is not None]
@@ -206,7 +209,8 @@ class CheckReader:
                 number = None if value is None else mine.builder.constant(value)
                 known = None if number is None else scope.builder.const(number)
                 scope.define(name, known, mine.lines.get(name, 0))
-        define_equations(again, scope, ZeroTest(scope.builder, {**self.inputs, **self.outputs}), {})
+        ranges = self.ranges() if any(equation.request for equation in again) else {}
+        define_equations(again, scope, ZeroTest(scope.builder, ranges), {})
         scope.report = mine.report
         return scope, frozenset(e.target for e in again if scope.values.get(e.target) is None)
 
@@ -227,6 +231,7 @@ class CheckReader:
     ) -> dict[str, tuple[Check, Value]]:
         """Return the checks of the file by name, with their values; mistakes are reported."""
         report = self.scope.report
+        delivered = self._delivered_nodes(scope.builder)
         found: dict[str, tuple[Check, Value]] = {}
         empty: dict[Span, bool] = {}
         for equation in equations:
@@ -235,7 +240,7 @@ class CheckReader:
                 report.error("E217", f"the check has no value: {_no_value(missing[0])}", equation.span)
             if value is None or "." in name:  # shared parts have a dot
                 continue
-            if not self._depends(value, scope.builder):
+            if not delivered[value.node]:
                 empty.setdefault(equation.span, True)
                 continue
             empty[equation.span] = False
@@ -250,20 +255,23 @@ class CheckReader:
             report.error("E216", message, span, hint)
         return found
 
-    def _depends(self, value: Value, builder: Builder) -> bool:
-        """Return whether a value depends on an output."""
-        nodes = (builder.nodes[index] for index in Graph(tuple(builder.nodes), {}).live([value]))
-        return any(node.op == "input" and node.name in self.outputs for node in nodes)
+    def _delivered_nodes(self, builder: Builder) -> list[bool]:
+        """Return of each node whether it depends on an output."""
+        found: list[bool] = []
+        for node in builder.nodes:
+            own = node.op == "input" and node.name in self.outputs
+            found.append(own or any(found[operand.node] for operand in node.operands))
+        return found
 
 
 def delivered_ranges(
-    outputs: Sequence[OutputSpec], program: Graph, inputs: Mapping[str, tuple[float, float]]
+    outputs: Iterable[OutputSpec], program: Graph, inputs: Mapping[str, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
-    """Return an interval of each output, given the graph that delivers them and the ranges of its inputs."""
+    """Return an interval of each input and output, given the graph that delivers and the ranges of inputs."""
     box = {name: Interval(*ends) for name, ends in inputs.items()}
     known = {node.name for node in program.nodes if node.op == "input"} <= box.keys()
     enclosures = value_ranges(program, box) if known else []
-    found = {}
+    found = dict(inputs)
     for spec in outputs:
         value = program.outputs.get(spec.name)
         interval = None if value is None or not known else enclosures[value.node][value.result]

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
@@ -166,8 +167,9 @@ class _Loader:
         outputs, values = reader.read(parts.get("outputs"))
         samples, facts = self.read_facts(parts, defined)
         program = self.scope.builder.build(values)
-        delivered = delivered_ranges(outputs, program, ranges)
-        checks = CheckReader(self.scope, parsed, ranges, delivered).read(written)
+        delivered = {spec.name: spec for spec in outputs}
+        of_both = partial(delivered_ranges, outputs, program, ranges)
+        checks = CheckReader(self.scope, parsed, frozenset(ranges), delivered, of_both).read(written)
         if self.report.failed:
             return None
         self.warn_unused(defined, outputs, checks.uses)

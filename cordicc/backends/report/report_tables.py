@@ -231,7 +231,8 @@ def _found(plan: Plan) -> str:
         return "as the rules give them, without a search for others"
     if plan.selection.proven:
         return "proven the cheapest of the alternatives found"
-    return "the cheapest of the alternatives found, without a proof"
+    more = f"; {labels.turned_down(plan)}" if plan.selection.turned_down else ""
+    return f"the cheapest of the alternatives found, without a proof{more}"
 
 
 def assumptions(plan: Plan) -> Sequence[tuple[str, bool]]:

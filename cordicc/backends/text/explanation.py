@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cordicc.backends.labels import MOST, most_within
+from cordicc.backends.labels import MOST, most_within, turned_down
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.recognition import Recognised, recognised
-from cordicc.backends.text.summary import count, turned_down
+from cordicc.backends.text.summary import count
 from cordicc.base.text_tables import Block, Facts, Heading, Sheet, percent
 from cordicc.plan.model import Operation, Plan
 from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, end_of_reach, most_within, needs_effort, proof
+from cordicc.backends.labels import (
+    MOST,
+    duration,
+    end_of_reach,
+    most_within,
+    needs_effort,
+    proof,
+    turned_down,
+)
 from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
@@ -101,12 +109,6 @@ def explanation_text(plan: Plan) -> str:
     if plan.selection.turned_down:
         lines += ["", f"  {turned_down(plan)}"]
     return "\n".join(lines) + "\n"
-
-
-def turned_down(plan: Plan) -> str:
-    """Say for which checks cheaper operations were turned down."""
-    names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
-    return f"cheaper operations were turned down: rounding would move {names} too far from 0"
 
 
 def figure(number: float | None, unit: str = "") -> str:
