@@ -73,7 +73,7 @@ def find_poles(problem: Problem, source: Source, samples: Samples, corners: Samp
     values, _ = reference_outputs(parts, samples)
     around = _Around.of(problem, corners)
     seen = [suspect.seen(values[str(index)]) for index, suspect in enumerate(suspects)]
-    sizes = [float(np.median(np.abs(column))) if column.size else 0.0 for column in seen]
+    sizes = [_median_size(column) for column in seen]
     near = [np.empty(0)] * len(suspects) if around is None else around.screened(suspects, sizes)
     found, at_ends = [], []
     left = _WORK
@@ -100,6 +100,11 @@ def find_poles(problem: Problem, source: Source, samples: Samples, corners: Samp
             origin = suspect.node.origin
             found.append(place(problem, source, origin, "W321", message, hint, Severity.WARNING))
     return Poles(tuple(dict.fromkeys(found)), tuple(at_ends))
+
+
+def _median_size(column: Floats) -> float:
+    """Return the magnitude that half of some numbers exceed, one of them; 0 without any."""
+    return float(np.sort(np.abs(column))[column.size // 2]) if column.size else 0.0
 
 
 def _suspects(graph: Graph) -> list[_Suspect]:

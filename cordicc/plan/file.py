@@ -11,7 +11,8 @@ from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
 from cordicc.plan.model import Plan
-from cordicc.plan.plain_data import FORMAT, VERSION, as_dict, plan_of
+from cordicc.plan.plain_data import FORMAT, VERSION, as_dict
+from cordicc.plan.plan_from_data import plan_of
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
