@@ -63,9 +63,11 @@ class AccuracyGate:
         for name, moved in self._moved(graph).items():
             least = np.nan_to_num(words[name])
             usual = max(float(np.median(moved[:easy])), float(np.median(least[:easy])))
-            self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
+            with np.errstate(over="ignore"):
+                self._allowed[name] = np.maximum(_WORSE * moved, _USUAL * usual)
+                near = _FAR * np.maximum(least, usual)
             if name in self._checks.outputs:
-                self._near[name] = _FAR * np.maximum(least, usual)
+                self._near[name] = near
             else:
                 self._allowed[name][easy:] = np.inf
 
@@ -137,9 +139,10 @@ class AccuracyGate:
         return outputs | self._checked({**inputs, **outputs})
 
     def _checked(self, words: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Return the checks, given inputs and outputs."""
+        """Return the checks, given inputs and outputs; NaN where they have no value."""
         found = all_results(self._checks, words)
-        return {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+        values = {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+        return {name: np.where(np.isfinite(value), value, np.nan) for name, value in values.items()}
 
     def _of_words(self, outputs: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return how far outputs and checks move because words are rounded, whatever makes them."""
@@ -147,11 +150,11 @@ class AccuracyGate:
         steps = sizes | {name: ROUNDING * np.abs(column) for name, column in self._points.items()}
         words = {**self._points, **outputs}
         exact = self._checked(words)
-        squares = {name: np.zeros_like(value) for name, value in exact.items()}
+        moved = {name: np.zeros_like(value) for name, value in exact.items()}
         for name, step in steps.items() if exact else ():
             for check, value in self._checked(words | {name: words[name] + step}).items():
-                squares[check] += (value - exact[check]) ** 2
-        return sizes | {name: np.sqrt(square) for name, square in squares.items()}
+                moved[check] = np.hypot(moved[check], value - exact[check])
+        return sizes | moved
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
         """Return how far rounding moves each output and check, as a mean square."""
@@ -181,7 +184,7 @@ class AccuracyGate:
         for name, column in self._results(graph, all_results(graph, points, rounded), points).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
-            moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))
+            moved[name] = _mean_square(np.nan_to_num(distance))
         return moved
 
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
@@ -189,6 +192,13 @@ class AccuracyGate:
         difference = np.abs(found - exact)
         angle = self._is_angle.get(output, False)
         return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference
+
+
+def _mean_square(values: Floats) -> Floats:
+    """Return the root of the mean square of each column; large values do not overflow."""
+    largest = np.max(values, axis=0)
+    shares = np.divide(values, largest, out=np.zeros_like(values), where=largest > 0)
+    return np.asarray(largest * np.sqrt(np.mean(shares**2, axis=0)))
 
 
 def _farthest(moved: Mapping[str, Floats], allowed: Mapping[str, Floats]) -> tuple[str, int] | None:
