@@ -21,6 +21,9 @@ _WORSE = 8.0
 _USUAL = 4.0
 """How much it may move anywhere, of what is usual for the output."""
 
+_FAR = 2.0**500
+"""Stands for an infinite distance, as its square is a number."""
+
 _FIT = 1.5
 """On fixed point, how much more it may move an output than that of inputs and outputs alone does."""
 
@@ -129,7 +132,7 @@ class AccuracyGate:
         for name, column in _outputs(graph, all_results(graph, points, rounded)).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
-            moved[name] = np.sqrt(np.mean(np.nan_to_num(distance) ** 2, axis=0))
+            moved[name] = np.sqrt(np.mean(np.minimum(np.nan_to_num(distance), _FAR) ** 2, axis=0))
         return moved
 
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
