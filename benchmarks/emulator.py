@@ -121,7 +121,11 @@ def constants(machine: Arithmetic, steps: int) -> str:
         assert solved.steps.angles == table.angles
         assert solved.quarter_turns
         growth = solved.steps.target_factors
-        lines |= {"IMPLICIT_STEPS": steps, "TOLERANCE": solved.tolerance, "FACTOR_BITS": FACTOR_BITS}
+        lines |= {
+            "IMPLICIT_STEPS": steps,
+            "TOLERANCE": int(solved.reach.columns.short[-1]),
+            "FACTOR_BITS": FACTOR_BITS,
+        }
     text = "".join(f"#define {name} ({value})\n" for name, value in lines.items())
     for name, numbers in (("ANGLES", table.angles), ("GROWTH", growth)):
         listed = ", ".join(f"INT64_C({number})" for number in numbers)

@@ -18,6 +18,7 @@ from cordicc.backends.pictures.diagram import PAGE_WIDTH
 from cordicc.backends.report.page import fragment
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.files import read_text, write_file
+from cordicc.emulate import checking
 from cordicc.emulate import cycle as cycle_run
 from cordicc.emulate import functional as functional_run
 from cordicc.ir.problem import Problem
@@ -41,7 +42,8 @@ class Picture:
         """Return the picture in the format of a file name's end: `.svg`, `.png`, `.pdf`; none means SVG.
 
         Raises:
-            InvalidInput: another suffix (E651), or what PNG and PDF take is not installed (E650).
+            InvalidInput: another suffix (E651), what PNG and PDF take is not installed (E650), or the picture
+                is too large for PNG (E654).
         """
         kind = suffix.removeprefix(".").lower() or "svg"
         if kind not in raster.FORMATS:
@@ -81,6 +83,31 @@ class RunnablePlan(Plan):
         run = cycle_run.run if cycle_accurate else functional_run.run
         arrays = self._arrays(inputs)
         return run(self, self.arithmetic, arrays)
+
+    def check_values(
+        self, inputs: Mapping[str, ArrayLike], outputs: Mapping[str, ArrayLike] | None = None
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return the checks of the problem on samples: 0 on perfect outputs.
+
+        Args:
+            inputs: as of `simulate`.
+            outputs: what `simulate` returned for them; None: the plan is run.
+
+        Returns:
+            An array of shape (n,) for each check, NaN where the sample is invalid or the check has no value.
+
+        Raises:
+            InvalidInput: as `simulate`, or an output or `valid` is missing or of another length.
+        """
+        arrays = self._arrays(inputs)
+        found = self.simulate(inputs) if outputs is None else {n: np.asarray(x) for n, x in outputs.items()}
+        count = len(next(iter(arrays.values()), ()))
+        wrong = [n for n in (*self.outputs, "valid") if n not in found or found[n].shape != (count,)]
+        if wrong:
+            raise InvalidInput(
+                Diagnostic("E610", f"output '{n}' is missing or too short or long") for n in wrong
+            )
+        return checking.check_values(self.problem, arrays, found)
 
     def _arrays(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.float64]]:
         names = self.problem.input_names

@@ -31,8 +31,9 @@ class Artefact:
 
     `file` is the name of the file; None: the names follow from the plan's.  `emitter` says where the function
     is that writes it, as "module:function" below `cordicc`.  It takes the plan and returns the text of the
-    file, or where `file` is None the texts by name.  That of a picture also takes the width in pixels of the
-    rows into which it may fold what it shows; None: a single row.
+    file, or where `file` is None the texts by name; `cordicc.base.seals` knows how each is marked.  That of a
+    picture also takes the width in pixels of the rows into which it may fold what it shows; None: a single
+    row.
     """
 
     name: str
@@ -52,9 +53,12 @@ class Artefact:
         Raises:
             Unattainable: it has no form for the plan.
         """
+        from cordicc.base.seals import sealed
+
         module, _, function = self.emitter.partition(":")
         made = getattr(import_module(f"cordicc.{module}"), function)(plan, *options)
-        return made if self.file is None else {self.file: made}
+        texts = made if self.file is None else {self.file: made}
+        return {name: sealed(name, text) for name, text in texts.items()}
 
 
 _ALWAYS, _IF_ASKED, _IF_DRAWN = Written
@@ -75,6 +79,11 @@ ARTEFACTS = {each.name: each for each in (
 
 ON_REQUEST = {name: each for name, each in ARTEFACTS.items() if each.written is Written.IF_ASKED}
 """What is only written if asked for: the choices of `--emit`."""
+
+ALWAYS_WRITTEN = tuple(
+    each.file for each in ARTEFACTS.values() if each.written is Written.ALWAYS and each.file
+)
+"""The files of every folder of results."""
 
 VIEWS = tuple(name for name, each in ARTEFACTS.items() if each.is_picture)
 """What can be drawn of a plan."""

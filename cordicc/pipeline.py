@@ -5,7 +5,8 @@ The proof of bounds, which not every run needs, is imported where it is used, fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 from cordicc.emulate.observation import observe, with_warnings
+from cordicc.emulate.vanishing import with_ends
 from cordicc.frontend.domain import check_domain
 from cordicc.frontend.load import LoadedProblem, load_problem
 from cordicc.ir.graph import Graph
@@ -101,7 +103,8 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
     """Return what `plan_file` made with its accuracy figures, and with error bounds where `certify` asks."""
     enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
-    plan, more = observe(planned.plan)
+    with _telling(planned.warnings):
+        plan, more = observe(planned.plan)
     allowed = allowed_errors(plan.problem)
     fixed_point = isinstance(plan.arithmetic.system, FixedSystem)
     if allowed or (fixed_point if certify is None else certify):
@@ -111,6 +114,10 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
         plan = with_bounds(plan, _bounds_of(plan, allowed))
         open_ones = exceptions(plan)
         plan, more = with_warnings(plan, open_ones), [*more, *open_ones]
+    enter("looking for where accuracy ends")
+    # Samples seldom come near enough to the zeros of denominators to show it.
+    plan, ends = with_ends(plan)
+    plan, more = with_warnings(plan, ends), [*more, *ends]
     return Compiled(plan, (*planned.warnings, *more))
 
 
@@ -119,6 +126,24 @@ def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: E
     # The file first: without a problem there is nothing to plan, and its mistakes are told together.
     enter("reading the problem")
     loaded = read_problem(path)
+    with _telling(loaded.warnings):
+        return _plan_of(path, loaded, options, watch, enter)
+
+
+@contextmanager
+def _telling(warnings: tuple[Diagnostic, ...]) -> Iterator[None]:
+    """Let a refusal tell what was found before: it may be why, and without a plan it would not be told."""
+    try:
+        yield
+    except Unattainable as error:
+        error.warnings = warnings
+        raise
+
+
+def _plan_of(
+    path: Path, loaded: LoadedProblem, options: Options, watch: Watch | None, enter: Enter
+) -> Compiled:
+    """Return the plan of a problem that was read, and all warnings."""
     _check_size(loaded)
     target = load_target(options.target)
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
@@ -169,7 +194,11 @@ def _plans(
     """Return plans with operations chosen for a goal; why others cannot be is added to `refused`."""
     options, plans = request.options, []
     # Rewriting is free of the target but for costs and one question: are there implicit CAUs?
+    choice: Choice | None = None
     for implicit in _implicit_choices(options, request.target):
+        if choice is not None and all(node.op != "implicit" for node in choice.graph.nodes):
+            # Where implicit CAUs are allowed and none is worth it, forbidding them changes nothing.
+            break
         request.enter("choosing operations")
         choice = rewrite(
             request.loaded.problem,
@@ -208,6 +237,7 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
         partial(load_target, options.target),
         _recorded(request.path, options),
         _bounds_of,
+        _with_borders,
     )
     return place(replicated(unplaced, options.copies), options.limits), warnings
 
@@ -217,6 +247,13 @@ def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:
     from cordicc.certify.plans import bounds_of
 
     return bounds_of(plan, allowed)
+
+
+def _with_borders(plan: Plan) -> Plan:
+    """Return a plan whose operations tell how far rounding may carry a sample across their border."""
+    from cordicc.certify.borders import with_borders
+
+    return with_borders(plan)
 
 
 def _check_size(loaded: LoadedProblem) -> None:
@@ -272,7 +309,7 @@ def most_accurate(problem: Problem, target: Target, *, implicit: bool, goal: str
     graph = problem.graph
     for step in default_passes(implicit=implicit):
         graph = step.apply(graph, context)
-    return Choice(graph)
+    return Choice(graph, left_out=("all alternatives: an allowed error cannot be met by the cheapest",))
 
 
 def pass_names() -> tuple[str, ...]:

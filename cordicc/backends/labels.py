@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import NamedTuple
 
 from cordicc.backends.palette import LOOKS
+from cordicc.expressions.quantities import base_unit, unit_meant
 from cordicc.plan.model import Fifo, Operand, Operation, Plan
+from cordicc.plan.origin import PlanInput
 from cordicc.plan.stated_accuracy import StatedBound
 from cordicc.targets.target import CAU_KINDS
 
@@ -36,6 +39,12 @@ def most_within(bound: StatedBound | None) -> float | None:
     return None if bound is None or bound.own_bounds is None else bound.own_bounds.get("0.99")
 
 
+def turned_down(plan: Plan) -> str:
+    """Say for which checks cheaper operations were turned down."""
+    names = ", ".join(f"'{name}'" for name in plan.selection.turned_down)
+    return f"cheaper operations were turned down: rounding would move {names} too far from 0"
+
+
 def constant(text: str) -> str:
     """Write a constant of the plan to six significant digits; text of another form stays."""
     try:
@@ -43,6 +52,24 @@ def constant(text: str) -> str:
     except (ValueError, OverflowError, ZeroDivisionError):
         return text
     return f"{value:.6g}".replace("-", "−")
+
+
+class ShownRange(NamedTuple):
+    """The range of an input as it is shown: numbers in the unit of its label, and the unit."""
+
+    lo: float
+    hi: float
+    unit: str
+
+
+def shown_range(item: PlanInput) -> ShownRange:
+    """Return the range of an input in the unit of the file; samples are in metres or radians."""
+    if item.scale is None or item.unit is None:
+        return ShownRange(item.lo, item.hi, item.unit or "")
+    lo, hi = (float(f"{end / item.scale:.12g}") for end in (item.lo, item.hi))
+    meant = unit_meant(item.unit)
+    samples = "" if item.scale == 1 or meant is None else f", samples in {base_unit(meant)}"
+    return ShownRange(lo, hi, item.unit + samples)
 
 
 def operand(item: Operand) -> str:
@@ -96,6 +123,16 @@ def function(operation: Operation) -> str:
     return f"{words}: {condition if condition is not None else extra}"
 
 
+def end_of_reach(operation: Operation) -> str:
+    """Say what an implicit angle is off near |C| = R; empty where that is not reached or not known."""
+    error = operation.end_error
+    if error is None:
+        return ""
+    root = "sqrt(R^2 - C^2)" if operation.m == 1 else "sqrt(A^2 - B^2 + C^2)"
+    most = "" if error.angle_rad is None else f", at most {error.angle_rad:.3g} rad"
+    return f"off by {error.residual:.3g}/{root} rad{most}"
+
+
 def cycles(operation: Operation) -> str:
     """Write start and finish."""
     if operation.start == operation.finish:
@@ -146,6 +183,13 @@ def proof(plan: Plan, name: str) -> str:
         return "proven optimal for these operations"
     bound = plan.bounds.get(name)
     return "no bound" if bound is None else f"at least {bound}"
+
+
+def needs_effort(plan: Plan) -> bool:
+    """Tell whether a larger --effort may find or prove more."""
+    searched = not plan.selection.searched or plan.selection.proven
+    limited = any("--effort" in words for words in plan.selection.left_out)
+    return limited or not searched or not all(plan.optimal.values())
 
 
 def headline(plan: Plan) -> str:

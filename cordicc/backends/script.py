@@ -26,4 +26,9 @@ if __name__ == "__main__":
 
 def render(plan: Plan) -> str:
     """Return the text of `simulate.py`."""
-    return _TEMPLATE.format(name=clean(plan.name))
+    return text_for(plan.name)
+
+
+def text_for(name: str) -> str:
+    """Return the text of the script for the plan of a name."""
+    return _TEMPLATE.format(name=clean(name))

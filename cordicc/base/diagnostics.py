@@ -95,12 +95,16 @@ def printable(text: str) -> str:
 
 
 class CordiccError(Exception):
-    """A problem that ends the run: its diagnostics and the exit status of the command line."""
+    """A problem that ends the run: its diagnostics and the exit status of the command line.
+
+    `warnings` are those that came up before, which are told first.
+    """
 
     exit_status = 2
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
+        self.warnings: tuple[Diagnostic, ...] = ()
         super().__init__("\n".join(d.render() for d in self.diagnostics))
 
 

@@ -6,11 +6,11 @@ import errno
 import os
 import select
 import stat
-import tempfile
 import time
 from pathlib import Path
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
+from cordicc.base.temporaries import replacing, umask
 
 MAX_BYTES = 64 << 20
 
@@ -83,13 +83,8 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def _replace(final: Path, content: str | bytes) -> None:
-    handle, aside = tempfile.mkstemp(dir=final.parent, prefix=".cordicc.")
-    os.close(handle)
-    try:
-        write_new(Path(aside), content)
-        os.replace(aside, final)
-    finally:
-        Path(aside).unlink(missing_ok=True)
+    with replacing(final) as file:
+        file.write(_bytes(content))
 
 
 def write_new(path: Path, content: str | bytes) -> None:
@@ -99,10 +94,3 @@ def write_new(path: Path, content: str | bytes) -> None:
         file.flush()
         os.fsync(file.fileno())
     path.chmod(0o666 & ~umask())
-
-
-def umask() -> int:
-    """Return the file mode creation mask of the process."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -9,31 +9,22 @@ Elsewhere the files are replaced one after the other.
 from __future__ import annotations
 
 import ctypes
-import errno
 import os
-import shutil
-import tempfile
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from cordicc.base.files import failure, umask, write_new
-
-_ASIDE = ".cordicc-"
-"""In the names of folders beside; what killed runs left is found by it and removed."""
-
-_PATIENCE_SECONDS = 30.0
-"""For which a run waits until another one has written."""
+from cordicc.base.files import failure, write_new
+from cordicc.base.temporaries import folder_in, locked, new_name, remove_leftovers, umask
 
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 """Of Linux, <fcntl.h> and <linux/fs.h>."""
 
 
-def write_files(folder: Path, files: Mapping[str, str]) -> None:
+def write_files(folder: Path, files: Mapping[str, str], check: Callable[[], None] | None = None) -> None:
     """Write text files into a folder, all at once or none; what else is in the folder stays.
 
-    Raises InvalidInput (E600).
+    `check` looks at what is there, and may raise, while no other run can write.  Raises InvalidInput (E600).
     """
     try:
         if folder.exists() and not folder.is_dir():
@@ -46,58 +37,24 @@ def write_files(folder: Path, files: Mapping[str, str]) -> None:
     except (OSError, ValueError) as error:
         raise failure(folder, "cannot make the folder", error) from None
     try:
-        with _locked(final.parent):
-            _remove_leftovers(final)
+        with locked(final.parent):
+            if check is not None:
+                check()
+            remove_leftovers(final.parent)
+            remove_leftovers(final)
             if not _written_beside(final, files):
                 _write_inside(final, files)
     except (OSError, ValueError) as error:
         raise failure(folder, "cannot write", error) from None
 
 
-@contextmanager
-def _locked(parent: Path) -> Iterator[None]:
-    """Keep other runs from writing into folders of this one; raises TimeoutError."""
-    try:
-        import fcntl
-    except ImportError:  # no such locks on this system
-        yield
-        return
-    try:
-        handle = os.open(parent, os.O_RDONLY)
-    except PermissionError:  # it may be passed through, but not opened
-        yield
-        return
-    try:
-        deadline = time.monotonic() + _PATIENCE_SECONDS
-        while True:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if time.monotonic() > deadline:
-                    raise TimeoutError(errno.ETIMEDOUT, "another run is writing there") from None
-                time.sleep(0.01)
-        yield
-    finally:
-        os.close(handle)
-
-
-def _remove_leftovers(final: Path) -> None:
-    """Remove what runs that were killed while they wrote into a folder have left."""
-    for place, start in ((final.parent, f".{final.name}{_ASIDE}"), (final, _ASIDE)):
-        if place.is_dir():
-            for entry in list(os.scandir(place)):
-                if entry.name.startswith(start) and entry.is_dir(follow_symlinks=False):
-                    shutil.rmtree(entry.path, ignore_errors=True)
-
-
 def _written_beside(final: Path, files: Mapping[str, str]) -> bool:
     """Write a folder beside and give it the name; tell whether that can be done here."""
-    try:
-        fresh = Path(tempfile.mkdtemp(dir=final.parent, prefix=f".{final.name}{_ASIDE}"))
-    except OSError:
-        return False
-    try:
+    with ExitStack() as stack:
+        try:
+            fresh = stack.enter_context(folder_in(final.parent))
+        except OSError:
+            return False
         for name, text in files.items():
             write_new(fresh / name, text)
         if not final.exists():
@@ -105,8 +62,6 @@ def _written_beside(final: Path, files: Mapping[str, str]) -> bool:
             fresh.rename(final)
             return True
         return _taken_over(final, fresh, files)
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
 
 
 def _taken_over(final: Path, fresh: Path, files: Mapping[str, str]) -> bool:
@@ -124,7 +79,7 @@ def _taken_over(final: Path, fresh: Path, files: Mapping[str, str]) -> bool:
     old, new = fresh, final
     with suppress(OSError):  # if this fails, the fresh folder stays: it has everything
         for name in files:
-            linked = old / f"{_ASIDE}{name}"
+            linked = old / new_name()
             os.link(new / name, linked)
             os.replace(linked, old / name)
         exchange(final, fresh)
@@ -142,11 +97,8 @@ def exchange(one: Path, other: Path) -> None:
 def _write_inside(final: Path, files: Mapping[str, str]) -> None:
     """Replace the files of a folder one after the other, after all are written."""
     final.mkdir(exist_ok=True)
-    fresh = Path(tempfile.mkdtemp(dir=final, prefix=_ASIDE))
-    try:
+    with folder_in(final) as fresh:
         for name, text in files.items():
             write_new(fresh / name, text)
         for name in files:
             os.replace(fresh / name, final / name)
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)

@@ -73,6 +73,8 @@ class Boxes:
 
     def scaled(self, factor: float) -> Boxes:
         """Enclose the product with a double."""
+        if factor == 0:
+            return Boxes(np.zeros_like(self.lo), np.zeros_like(self.hi))
         a, b = self.lo * factor, self.hi * factor
         return _out(a, b) if factor >= 0 else _out(b, a)
 
@@ -148,6 +150,12 @@ def symmetric(size: Floats) -> Boxes:
 def hypot(a: Boxes, b: Boxes) -> Boxes:
     """Enclose sqrt(a^2 + b^2)."""
     return (a.square() + b.square()).sqrt()
+
+
+def times(size: Floats, error: Floats | float) -> Floats:
+    """Return the product of non-negative numbers, 0 where one of them is 0 and the other without bound."""
+    size, error = np.broadcast_arrays(size, error)
+    return np.multiply(size, error, out=np.zeros(size.shape), where=(size != 0) & (error != 0))
 
 
 def up(value: Floats) -> Floats:

@@ -12,6 +12,7 @@ import numpy as np
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
@@ -41,6 +42,7 @@ class Step:
     exact: the first result needs no rounding, if it is of integers or an operand passed on.
     spacing: the last place of the first operand.
     sizes: the largest magnitudes of results with `turns`, which may be enclosed a turn off; 0 for others.
+    slack: what counts as on the border of the domain.
     """
 
     id: str
@@ -56,6 +58,12 @@ class Step:
     exact: bool
     spacing: float
     sizes: tuple[float, ...]
+    slack: Slack = EXACT
+
+
+def known_norm(step: Step) -> bool:
+    """Tell whether A or B of an implicit operation is the constant 0, so that the other one is its norm."""
+    return any(isinstance(o, Constant) and o.interval.magnitude == 0 for o in step.operands[:2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +145,7 @@ def network(plan: Plan) -> ErrorNetwork:
                 _exact(arithmetic, formats, operation),
                 _spacing(formats, operation),
                 tuple(_sizes(enclosures[index], turns)),
+                operation.slack,
             )
         )
     outputs = {
@@ -219,8 +228,12 @@ def rounding(format_: NumberFormat, magnitude: Floats, beside_pi: Any = False) -
     return magnitude * np.where(beside_pi, 2.0**-22, 2.0**-24) + 2.0**-149
 
 
+_PASSED_ON = ("neg", "abs", "sign", "min", "max", "flip", "select", "guard")
+"""Operations that make no other number than an operand, its negative, or its sign."""
+
+
 def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -> bool:
-    """Tell whether the first result of an operation of integers needs no rounding to its format."""
+    """Tell whether the first result of an operation needs no rounding to its format."""
     result = formats.values[operation.results[0]] if operation.results[0] is not None else None
 
     def fraction(operand: Operand) -> int:
@@ -232,7 +245,9 @@ def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -
         assert isinstance(format_, FixedPoint)
         return format_.fraction_bits
 
-    if not isinstance(result, FixedPoint) or operation.op == "wrap":
+    if not isinstance(result, FixedPoint):
+        return operation.op in _PASSED_ON  # to the one format that there is
+    if operation.op == "wrap":
         return False
     first, *others = (fraction(operand) for operand in operation.operands)
     match operation.op:

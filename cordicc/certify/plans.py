@@ -28,6 +28,11 @@ OWN_SHARES = (0.5, 0.9, 0.99)
 EVERYWHERE = "every valid sample"
 
 
+def default_samples(plan: Plan) -> dict[str, Floats]:
+    """Return the default samples that keep what the problem assumes; if none does, all of them."""
+    return plan.problem.facts.among(draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED))
+
+
 def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str, Bound]:
     """Return the proven bound of every output of a plan that holds its unit program.
 
@@ -35,7 +40,7 @@ def bounds_of(plan: Plan, wanted: Mapping[str, float] | None = None) -> dict[str
         plan: the plan.
         wanted: by output, a bound that suffices, see `certify`.
     """
-    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+    inputs = default_samples(plan)
     chosen = {name: column[:_CHOOSING] for name, column in inputs.items()}
     valid = functional.run(plan, plan.arithmetic, chosen)["valid"]
     net = network(plan)
@@ -51,7 +56,7 @@ def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
 
     That is, for how many of them each bound holds, and which own bounds most of them have.
     """
-    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+    inputs = default_samples(plan)
     valid = functional.run(plan, plan.arithmetic, inputs)["valid"]
     kept = {name: column[valid] for name, column in inputs.items()}
     net = network(plan)

@@ -24,7 +24,7 @@ import numpy as np
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.base.arrays import Bools, Floats
-from cordicc.certify.boxes import Boxes, point, up
+from cordicc.certify.boxes import Boxes, point, times, up
 from cordicc.certify.error_network import Constant, ErrorNetwork, Step, rounding
 from cordicc.certify.operator_models import CHOOSER, local, margin_slopes, margin_square
 from cordicc.certify.unit_models import Local
@@ -116,9 +116,8 @@ def _advance(net: ErrorNetwork, step: Step, threshold: float, made: Forward) -> 
         own = found.own[result] if found.joint is None else up(found.own[result] + found.joint)
         if made.exact:
             own = np.zeros(made.count)
-        change = sum(
-            (p.magnitude * m for p, m in zip(found.partials[result], moved, strict=True) if m.any()), own
-        )
+        partials = zip(found.partials[result], moved, strict=True)
+        change = sum((times(p.magnitude, m) for p, m in partials if m.any()), own)
         change = up(np.where(np.isnan(change), np.inf, change))
         value = found.values[result].widened(own)
         for limit in _limits(net, step, result) if made.limited else ():
@@ -175,7 +174,7 @@ def least_square(
     total = np.zeros(whole.count)
     for operand, slope in zip(last.operands, margin_slopes(last, operands), strict=True):
         if isinstance(operand, Constant):
-            total = total + slope.magnitude * operand.error
+            total = total + times(slope.magnitude, operand.error)
         else:
             adjoints[operand] = adjoints[operand] + slope if operand in adjoints else slope
     radius = {
@@ -198,7 +197,7 @@ def _backward(
 
     def add(operand: str | Constant, change: Boxes) -> Floats:
         if isinstance(operand, Constant):
-            return change.magnitude * operand.error if operand.error else np.zeros(made.count)
+            return times(change.magnitude, operand.error)
         adjoints[operand] = adjoints[operand] + change if operand in adjoints else change
         return np.zeros(made.count)
 
@@ -217,22 +216,17 @@ def _backward(
                     total = total + add(operand, _turned(step, port, wanted, made, change))
         for name, adjoint in adjoints.items():
             moved = made.moved[name] if radius is None else made.moved[name] + radius[name]
-            total = total + _times(adjoint.magnitude, moved)
+            total = total + times(adjoint.magnitude, moved)
     return total
 
 
 def _own(found: Local, wanted: Sequence[Boxes | None]) -> Floats:
     """Return what an operation's own error makes in the output."""
     sizes = [np.zeros(1) if adjoint is None else adjoint.magnitude for adjoint in wanted]
-    total = sum((_times(size, own) for size, own in zip(sizes, found.own, strict=True)), np.zeros(1))
+    total = sum((times(size, own) for size, own in zip(sizes, found.own, strict=True)), np.zeros(1))
     if found.joint is not None:
-        total = total + up(np.hypot(sizes[0], sizes[1])) * found.joint
+        total = total + times(up(np.hypot(sizes[0], sizes[1])), found.joint)
     return np.asarray(total)
-
-
-def _times(size: Floats, error: Floats) -> Floats:
-    """Return the product, 0 where the adjoint is 0."""
-    return np.where(size == 0, 0.0, size * error)
 
 
 def _turned(step: Step, port: int, wanted: Sequence[Boxes | None], made: Forward, change: Boxes) -> Boxes:
@@ -242,7 +236,7 @@ def _turned(step: Step, port: int, wanted: Sequence[Boxes | None], made: Forward
     first, second = (np.zeros(1) if adjoint is None else adjoint.magnitude for adjoint in wanted)
     if step.op == "vector":
         low = np.maximum(made.locals[step.id].values[0].lo, 0.0)
-        second = _times(second, np.where(low > 0, 1 / np.where(low > 0, low, 1.0), np.inf))
+        second = times(second, np.where(low > 0, 1 / np.where(low > 0, low, 1.0), np.inf))
     return change.within(up(np.hypot(first, second)))
 
 

@@ -12,7 +12,8 @@ Own error of an implicit angle. The unit proves that its angle leaves a residual
 branch. With D its distance from t, the residual is at least |w| D - R D^2/2 (m = -1: |w| sinh D - |C|
 (cosh D - 1), and cosh D - 1 <= 0.55 D^2 for D <= 1), so D <= (p/|w|) 2/(1 + sqrt(1 - 2 R p/w^2)), if
 w^2 >= 4 R p, which also keeps the other branch out of reach: there the rest is -|w| to within |w|/2, and the
-unit's is no less than -p.
+unit's is no less than -p. Beside the end of reach it is another one, of the angle of the end itself,
+see `_beside_end`.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from functools import cache
 import numpy as np
 
 from cordicc.arith.unit.cau import Cau
-from cordicc.arith.unit.implicit_bounds import implicit_bound
+from cordicc.arith.unit.implicit_bounds import ImplicitUnitBound, end_rest, implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
 from cordicc.base.arrays import Bools, Floats
 from cordicc.certify.boxes import (
@@ -43,7 +44,7 @@ from cordicc.certify.boxes import (
     sinh,
     up,
 )
-from cordicc.certify.error_network import Step
+from cordicc.certify.error_network import Step, known_norm
 
 _UNDERFLOW = 2.0**-500
 """Results of a unit below 2^-511 are 0."""
@@ -196,13 +197,57 @@ def implicit(step: Step, w: Sequence[Boxes], square: Boxes | None) -> Local:
     by_angle = (-(s * side), -(c * side), side)
     residual = bound.residual.error(size, place)
     share = 2 * turn * residual * size / np.where(rest.lo > 0, rest.lo, 1.0) ** 2
-    far = (share <= 0.5) & (rest.lo > 0)
+    depth = _depth(step, bound, place)
+    far = (share <= 0.5) & (rest.lo > end_rest(size, depth))
     off = residual * inverse.hi * 2 / (1 + np.sqrt(np.where(far, 1 - share, 1.0)))
     own_angle = np.where(far, up(off), math.inf)
     if m == 1:
+        # Beside the end of reach derivatives grow without bound, but the angle is all but that of the end.
+        off, (end_A, end_B) = _beside_end(w, bound, reach, np.maximum(residual, depth), place)
+        own_angle = np.where(far, own_angle, off)
+        nothing = point(0.0, len(A.lo))
+        by_A, by_B, by_C = by_angle
+        by_angle = (by_A.where(far, end_A), by_B.where(far, end_B), by_C.where(far, nothing))
         own_angle = np.where(cut, own_angle + TAU_UP, own_angle)
-    own_rest = np.asarray(bound.rest(size, C.magnitude, rest.lo, place))
+    own_rest = np.asarray(bound.rest(size, C.magnitude, rest.lo, place, depth))
     return Local((angle, rest), (by_angle, by_rest), (own_angle, up(own_rest)))
+
+
+def _beside_end(
+    w: Sequence[Boxes], bound: ImplicitUnitBound, reach: Boxes, residual: Floats, place: Floats
+) -> tuple[Floats, tuple[Boxes, Boxes]]:
+    """Return what an angle is off as that of the end of reach, and the derivatives of that by A and B.
+
+    t is psi = atan2(A, B) or psi + pi, and acos(|C|/R) more or less, exact or computed. The computed one
+    leaves a residual, or is that of the end where |C| is no farther from it, and may be past the end by a
+    last angle and the error of x.
+    """
+    A, B, C = w
+    certain = (C.lo > 0) | (C.hi < 0)
+    inverse = (A.square() + B.square()).reciprocal()
+    least = np.where(reach.lo > 0, reach.lo, 1.0)
+    past = bound.residual.relative + bound.end.along * place / least * (math.pi / 2)
+    share = np.maximum(C.mignitude - residual, 0.0) / np.maximum(reach.hi, least)
+    off = up(arc_cosine(Boxes(share, share)).hi + past)
+    return np.where(certain & (reach.lo > 0), off, math.inf), (B * inverse, -(A * inverse))
+
+
+def end_residual(step: Step, w: Sequence[Boxes], size: float) -> tuple[Floats, Floats]:
+    """Return the residual of an implicit angle, and how near the end of reach the unit delivers the end.
+
+    Both in the unit of the operands, whose norm is at most `size`.
+    """
+    assert step.cau is not None
+    bound, place = _implicit(step.cau, step.params["m"]), _place(step.cau, *w)
+    return bound.residual.error(np.full_like(place, size), place), _depth(step, bound, place)
+
+
+def _depth(step: Step, bound: ImplicitUnitBound, place: Floats) -> Floats:
+    """Return how near |C| is at most to the end of reach where the unit delivers the end."""
+    within = np.full_like(place, step.slack.within)
+    if step.slack.relative:
+        within = within * bound.end.largest * place
+    return bound.depth(place, within, known_norm(step))
 
 
 def _circular(

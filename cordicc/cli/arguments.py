@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from cordicc.cli.console import tell
+from cordicc.cli.streams import deliver
 
 if TYPE_CHECKING:
     from cordicc.api import RunnablePlan
@@ -79,6 +80,11 @@ def output_option(about: str, metavar: str | None = None) -> Callable[[F], F]:
     return click.option("-o", "--output", type=FILE, metavar=metavar, help=about)
 
 
+def force_option() -> Callable[[F], F]:
+    """Return the flag `--force`: files that cordicc did not make may be replaced."""
+    return click.option("--force", is_flag=True, help="Replace files that cordicc did not make, too.")
+
+
 def json_option(what: str) -> Callable[[F], F]:
     """Return the flag `--json`: results for programs."""
     return click.option("--json", "as_json", is_flag=True, help=f"Print {what} as one JSON object.")
@@ -94,7 +100,7 @@ def write_or_print(path: Path | None, text: str) -> None:
     from cordicc.base.files import write_file
 
     if path is None or is_stdout(path):
-        click.echo(text, nl=False)
+        deliver(text)
     else:
         write_file(path, text)
 

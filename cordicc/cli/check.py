@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from pathlib import Path
 
 import click
 
 from cordicc.cli.arguments import PROBLEM
 from cordicc.cli.console import tell
+from cordicc.cli.streams import say
 
 
 @click.command("check")
@@ -25,6 +27,12 @@ def command(file: Path) -> None:
 
     problem, warnings = check(file)
     tell(warnings)
-    parts = ((problem.inputs, "input"), (problem.equations, "equation"), (problem.outputs, "output"))
+    asked = tuple(check for check in problem.checks if check.asked)
+    parts: list[tuple[Sized, str]] = [
+        (problem.inputs, "input"),
+        (problem.equations, "equation"),
+        (problem.outputs, "output"),
+    ]
+    parts += [(asked, "check")] if asked else []
     counts = ", ".join(count(len(items), noun) for items, noun in parts)
-    click.echo(f"{problem.name}: {counts}, no errors")
+    say(f"{problem.name}: {counts}, no errors")

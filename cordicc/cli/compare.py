@@ -15,9 +15,11 @@ from cordicc.base.text_tables import Sheet
 from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
 from cordicc.cli.sample_run import SampleRun, again
-from cordicc.cli.simulation_text import dumped, print_told
+from cordicc.cli.simulation_text import dumped, facts_data, print_told
 from cordicc.emulate.expected import TOLERANCE, Allowed, ExpectedVerdict, check_golden
-from cordicc.emulate.sample_tables import Columns, read_table
+from cordicc.emulate.fact_tally import FactTally
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import read_table
 from cordicc.plan.model import Plan
 
 _MARGIN = 2.0
@@ -29,7 +31,7 @@ def check_expected(run: SampleRun, inputs: Path, expected: Path, tolerance: floa
 
     Without a tolerance the largest difference allowed is the column `tol_<output>` of the file, else what is
     proven of the row: the plan's bound where it holds, or the row's own if that is less; where neither is
-    there, twice the largest error observed.
+    there, as of a row that breaks what the problem assumes, twice the largest error observed.
     """
     plan, angles = run.plan, run.plan.problem.angles
     table = read_table(inputs, Columns(run.inputs))
@@ -42,10 +44,22 @@ def check_expected(run: SampleRun, inputs: Path, expected: Path, tolerance: floa
     limits = {name: _limit(plan, name) if tolerance is None else _Limit(None, tolerance) for name in angles}
     first = next(table.parts)
     simulate = run.simulator(first, run.about_rows(inputs))
+    facts = FactTally.of(plan)
     allowed = _allowed(plan, limits)
-    verdict = check_golden(again(first, table.parts), answers.parts, angles, allowed, simulate)
+
+    def counted(samples: Samples) -> dict[str, Any]:
+        if facts is not None:
+            facts.kept(samples)
+        return simulate(samples)
+
+    verdict = check_golden(again(first, table.parts), answers.parts, angles, allowed, counted)
     stated = {n: None if TOLERANCE + n in answers.names else limit for n, limit in limits.items()}
-    print_told((_verdict_json if run.as_json else _verdict_sheet)(plan, verdict, stated))
+    told = (
+        _verdict_json(plan, verdict, stated, facts) if run.as_json else _verdict_sheet(plan, verdict, stated)
+    )
+    print_told(told)
+    if facts is not None:
+        run.tell(facts.told("row"))
     return 0 if verdict.agrees else 1
 
 
@@ -78,16 +92,17 @@ def _limit(plan: Plan, output: str) -> _Limit:
 def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
     """Return what tells the largest differences allowed of samples."""
     proven = {name: limit.proven for name, limit in limits.items() if limit.proven is not None}
-    stated = StatedBounds.of(plan) if proven else None
+    stated, facts = StatedBounds.of(plan) if proven else None, FactTally.of(plan)
 
     def allowed(samples: Samples) -> dict[str, Any]:
         shape = next(iter(samples.values())).shape
         found: dict[str, Any] = {name: np.full(shape, limit.elsewhere) for name, limit in limits.items()}
         if stated is not None:
+            kept = np.ones(shape, dtype=bool) if facts is None else facts.kept(samples)
             held, own = stated.inside(samples), own_bounds(stated.net, list(proven), samples)
             for name, value in proven.items():
                 least = np.fmin(np.where(held[name], value, np.inf), own[name])
-                found[name] = np.where(np.isfinite(least), least, found[name])
+                found[name] = np.where(kept & np.isfinite(least), least, found[name])
         return found
 
     return allowed
@@ -125,7 +140,9 @@ def _stated(limit: _Limit | None) -> float | None:
     return limit.elsewhere if limit.proven is None else limit.proven
 
 
-def _verdict_json(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None]) -> str:
+def _verdict_json(
+    plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Limit | None], facts: FactTally | None
+) -> str:
     keys = ("row", "output", "simulated", "expected", "allowed")
     outputs = {
         name: {
@@ -144,6 +161,7 @@ def _verdict_json(plan: Plan, verdict: ExpectedVerdict, limits: Mapping[str, _Li
             "not_compared": [name for name in plan.outputs if name not in limits],
             "agrees": verdict.agrees,
             "validity_differs": verdict.validity,
+            "facts": facts_data(facts),
             "outputs": outputs,
             "wrong": [dict(zip(keys, line, strict=True)) for line in verdict.wrong],
         }

@@ -10,19 +10,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cordicc.artefacts import ON_REQUEST
+from cordicc.artefacts import ALWAYS_WRITTEN, ON_REQUEST
 from cordicc.cli.arguments import (
     COPIES,
     NOT_NEGATIVE,
     POSITIVE,
     PROBLEM,
     TARGET,
+    force_option,
     json_option,
     output_option,
     time_limit_option,
     units_option,
 )
 from cordicc.cli.console import show, stages, tell
+from cordicc.cli.streams import deliver, say
 
 if TYPE_CHECKING:
     from cordicc.ir.graph import Graph
@@ -50,6 +52,7 @@ def _hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> floa
 @click.command("compile")
 @PROBLEM
 @output_option("Folder for the results.  [default: build/<name>]")
+@force_option()
 @TARGET
 @units_option(
     "Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' wants a target with them."
@@ -93,6 +96,7 @@ def _hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> floa
 def command(
     file: Path,
     output: Path | None,
+    force: bool,
     target: str,
     units: str,
     ii: int | None,
@@ -121,7 +125,7 @@ def command(
     from cordicc import pipeline
     from cordicc.artefacts import artefacts
     from cordicc.backends.text.summary import explanation_text, plan_sheet
-    from cordicc.base.folders import write_files
+    from cordicc.cli.results import require_own, write_results
     from cordicc.ir.text import print_graph
     from cordicc.plan.file import summary
     from cordicc.schedule.request import Limits, interval_for
@@ -134,12 +138,16 @@ def command(
 
     def watch(name: str, graph: Graph) -> None:
         if print_after in (name, "all"):
-            click.echo(f"; after {name}\n{print_graph(graph)}", err=as_json)
+            say(f"; after {name}\n{print_graph(graph)}", err=as_json)
 
     if rate is not None and ii is not None:
         raise click.UsageError("--ii and --rate exclude each other")
     interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
+    if output is not None and not force:
+        require_own(
+            output, ALWAYS_WRITTEN
+        )  # told before the work; the names of others follow from the plan's
     options = pipeline.Options(target, units, limits, certify, copies, effort)
     with stages(quiet or print_after is not None) as enter:
         compiled = pipeline.compile_file(file, options, watch, enter)
@@ -147,10 +155,10 @@ def command(
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
     files = artefacts(plan, emit)
-    write_files(folder, files)
+    write_results(folder, files, force=force)
     if explain:
-        click.echo(explanation_text(plan), err=as_json)
+        say(explanation_text(plan), err=as_json)
     if as_json:
-        click.echo(summary(plan), nl=False)
+        deliver(summary(plan))
     elif not quiet:
         show(plan_sheet(plan, f"wrote {folder}: {', '.join(files)}"))

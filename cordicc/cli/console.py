@@ -18,6 +18,7 @@ import click
 
 from cordicc.base.diagnostics import Diagnostic
 from cordicc.base.text_tables import Facts, Heading, Sheet, harmless, plain
+from cordicc.cli.streams import is_tty, say, written
 
 T = TypeVar("T")
 
@@ -28,9 +29,9 @@ _HEAD = re.compile(r"\b(error|warning)(\[[EW][0-9]{3}\])")
 _ASIDE = re.compile(r"\([^()]*\)")
 
 
-def is_terminal(stream: TextIO) -> bool:
+def is_terminal(stream: TextIO | None) -> bool:
     """Tell whether a stream is a terminal that is to be more than plain text."""
-    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM", "dumb") != "dumb"
+    return is_tty(stream) and not os.environ.get("NO_COLOR") and os.environ.get("TERM", "dumb") != "dumb"
 
 
 def tell(diagnostics: Iterable[Diagnostic]) -> None:
@@ -38,7 +39,7 @@ def tell(diagnostics: Iterable[Diagnostic]) -> None:
     coloured = is_terminal(sys.stderr)
     for diagnostic in diagnostics:
         text = diagnostic.render()
-        click.echo(_coloured(text) if coloured else text, err=True, color=coloured)
+        say(_coloured(text) if coloured else text, err=True, colour=coloured)
 
 
 def _coloured(text: str) -> str:
@@ -54,8 +55,12 @@ def show(sheet: Sheet, *, err: bool = False) -> None:
     sheet = harmless(sheet)
     stream = sys.stderr if err else sys.stdout
     if not is_terminal(stream):
-        click.echo(plain(sheet), nl=False, err=err)
+        say(plain(sheet), newline=False, err=err)
         return
+    written(lambda stream: _draw(sheet, stream), err=err)
+
+
+def _draw(sheet: Sheet, stream: TextIO) -> None:
     console = _console(stream)
     for part in _renderables(sheet):
         console.print(part)
@@ -124,7 +129,7 @@ class Progress:
             else:
                 self._next = self._clock() + _PLAIN_SECONDS
                 of = "" if self._total is None else f" of {self._total:,}"
-                click.echo(f"{done:,}{of} {self._noun}", err=True)
+                say(f"{done:,}{of} {self._noun}", err=True)
 
     def _start(self, done: int) -> None:
         from rich import progress

@@ -8,6 +8,7 @@ import click
 
 from cordicc.cli.arguments import json_option, plan_argument
 from cordicc.cli.console import show
+from cordicc.cli.streams import deliver
 
 
 @click.command("diff")
@@ -30,7 +31,7 @@ def command(ctx: click.Context, first: Path, second: Path, as_json: bool) -> Non
     plans = load_plan(first), load_plan(second)
     found = plan_differences.differences(*plans)
     if as_json:
-        click.echo(plan_differences.as_json(found), nl=False)
+        deliver(plan_differences.as_json(found))
     else:
         show(plan_differences.as_sheet(*plans, found, _told_apart(first, second)))
     ctx.exit(1 if found else 0)

@@ -9,6 +9,7 @@ import click
 
 from cordicc.artefacts import VIEWS
 from cordicc.cli.arguments import NOT_NEGATIVE, is_stdout, output_option, plan_argument
+from cordicc.cli.streams import deliver, is_tty
 
 
 @click.command("draw")
@@ -35,10 +36,10 @@ def command(plan: Path, view: str, width: int, output: Path | None) -> None:
     from cordicc.api import load_plan
     from cordicc.base.files import write_file
 
-    if output is None and sys.stdout.isatty():
+    if output is None and is_tty(sys.stdout):
         raise click.UsageError("a picture is no text to read: name a file with -o, or '-o -' for stdout")
     picture = load_plan(plan).picture(view, width or None)
     if output is None or is_stdout(output):
-        click.echo(picture.svg, nl=False)
+        deliver(picture.svg)
     else:
         write_file(output, picture.converted(output.suffix))

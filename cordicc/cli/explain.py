@@ -9,6 +9,7 @@ import click
 
 from cordicc.cli.arguments import plan_or_problem
 from cordicc.cli.console import show
+from cordicc.cli.streams import say
 
 _CODE = re.compile(r"[EW][0-9]{3}")
 
@@ -31,7 +32,7 @@ def command(plan: str) -> None:
         said = entry(plan)
         if said is None:
             raise click.BadParameter(f"there is no code {plan}; see docs/diagnostics.md", param_hint="CODE")
-        click.echo(said, nl=False)
+        say(said, newline=False)
         return
     from cordicc.backends.text.explanation import explanation
 

@@ -13,11 +13,13 @@ from cordicc.cli.arguments import (
     PROBLEM,
     TARGET,
     cluster_option,
+    force_option,
     json_option,
     output_option,
     units_option,
 )
 from cordicc.cli.console import Progress, show, tell
+from cordicc.cli.streams import deliver
 
 if TYPE_CHECKING:
     from cordicc.studies.trade_off import Front
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 @JOBS
 @cluster_option("Address of a Dask scheduler to work on instead.")
 @output_option("Plot.  [default: build/<name>/explore.svg]", "FILE.svg")
+@force_option()
 @json_option("the points")
 def command(
     file: Path,
@@ -40,6 +43,7 @@ def command(
     jobs: int | None,
     cluster: str | None,
     output: Path | None,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Find the trade-off of units, latency and FIFO words.
@@ -54,7 +58,8 @@ def command(
     """  # noqa: D301
     from cordicc.backends.pictures import pareto_plot
     from cordicc.base.files import write_file
-    from cordicc.base.folders import write_files
+    from cordicc.base.seals import sealed
+    from cordicc.cli.results import write_results
     from cordicc.studies import trade_off
 
     bar: Progress | None = None
@@ -70,14 +75,14 @@ def command(
         if bar is not None:
             bar.done()
     plot = result.plot()
-    picture = pareto_plot.render(plot.title, plot.marks)
+    picture = sealed("explore.svg", pareto_plot.render(plot.title, plot.marks))
     if output is None:
         folder = Path("build") / result.name
-        write_files(folder, {"explore.svg": picture} | report_with(result, folder))
+        write_results(folder, {"explore.svg": picture} | report_with(result, folder), force=force)
     else:
         write_file(output, picture)
     if as_json:
-        click.echo(trade_off.as_json(result), nl=False)
+        deliver(trade_off.as_json(result))
     else:
         show(trade_off.as_sheet(result))
 

@@ -11,6 +11,7 @@ import click
 from cordicc import __version__
 from cordicc.base.diagnostics import CordiccError
 from cordicc.cli.console import tell
+from cordicc.cli.streams import cannot_write, prepare, say, written
 
 COMMANDS = (
     "check",
@@ -39,11 +40,30 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except CordiccError as error:
-            tell(error.diagnostics)
+            tell([*error.warnings, *error.diagnostics])
             ctx.exit(error.exit_status)
         except BrokenPipeError:
-            sys.stderr.close()
             ctx.exit(1)
+
+    def main(self, *args: Any, **options: Any) -> Any:
+        """Run the command line, and end the process with its status unless told otherwise."""
+        prepare()
+        if not options.get("standalone_mode", True):
+            return super().main(*args, **options)
+        try:
+            status = super().main(*args, **options | {"standalone_mode": False})
+        except click.ClickException as error:
+            written(error.show, err=True)
+            status = error.exit_code
+        except click.Abort:
+            say("Aborted!", err=True)
+            status = 1
+        except OSError as error:  # the help of a command
+            if error.filename is not None:
+                raise
+            tell([cannot_write(error)])
+            status = 2
+        sys.exit(status or 0)
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

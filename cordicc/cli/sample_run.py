@@ -8,24 +8,27 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import click
 import numpy as np
 
 from cordicc.backends.text.summary import count
 from cordicc.base.arrays import Samples
-from cordicc.base.diagnostics import Diagnostic, InvalidInput
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity
 from cordicc.base.text_tables import Sheet
 from cordicc.certify.error_network import network
 from cordicc.certify.own_bounds import own_bounds
 from cordicc.certify.plans import StatedBounds
 from cordicc.cli.console import Progress
-from cordicc.cli.simulation_text import dumped, errors_json, errors_sheet, print_told
+from cordicc.cli.simulation_text import dumped, errors_json, errors_sheet, facts_data, print_told
+from cordicc.cli.streams import deliver
 from cordicc.emulate import cycle, extremes, functional
+from cordicc.emulate.checking import CheckTally, beyond_limits, without_value
+from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Worst
 from cordicc.emulate.judging import MOST_BEYOND, ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, RunFindings, run_parts
 from cordicc.emulate.observation import reference_samples
-from cordicc.emulate.sample_tables import PART_ROWS, Columns, read_table
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import PART_ROWS, read_table
 from cordicc.emulate.writing import Write, csv_header, csv_rows, table_writer
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import DEFAULT_SAMPLES, draw_parts
@@ -117,38 +120,43 @@ def run_samples(
         expected = run.about_rows(inputs)
     first = next(parts)
     simulate = run.simulator(first, expected)
-    progress = Progress(total, "samples")
+    progress, checks = Progress(total, "samples"), CheckTally(plan.problem)
     with ExitStack() as stack:
         stack.callback(progress.done)
         take = _sink(outputs, run.columns, stack)
         each = _with_own_bounds(plan, simulate) if run.own_bounds else simulate
         stream = again(first, parts)
+        facts = FactTally.of(plan)
         if reference.samples is None:
-            told: str | Sheet = _only_run(run, stream, each, take, progress)
+            told: str | Sheet = _only_run(run, stream, each, take, progress, facts)
             beyond: list[Diagnostic] = []
         else:
             graph, angles = plan.problem.program, plan.problem.angles
             precise = reference_samples(graph) if reference.fewer else reference.samples
             stated = StatedBounds.of(plan)
             limits = None if stated is None else ConditionalBounds(stated.values, stated.inside)
-            report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits)
+            each = checks.watching(each)
+            report = run_parts(graph, angles, stream, each, take, progress.reached, precise, limits, facts)
             found = _search(plan, report, simulate) if reference.search else None
             beyond = _beyond(report.judgement, found or {})
             told = (
-                errors_json(plan, report, found)
+                errors_json(plan, report, found, checks)
                 if run.as_json
-                else errors_sheet(plan, report, found, reference.search)
+                else errors_sheet(plan, report, found, reference.search, checks)
             )
     print_told(told, err=str(outputs) == "-")
-    run.tell(beyond)
+    if facts is not None:
+        run.tell(facts.told("sample" if inputs is None else "row"))
+    run.tell([*beyond, *beyond_limits(checks, Severity.WARNING), *without_value(checks)])
     return 1 if beyond else 0
 
 
 def _with_own_bounds(
     plan: Plan, simulate: Callable[[Samples], dict[str, Any]]
 ) -> Callable[[Samples], dict[str, Any]]:
-    """Return what runs a plan and bounds the error of each sample, nan where it is invalid.
+    """Return what runs a plan and bounds the error of each sample.
 
+    nan stands for a sample that is invalid, or that breaks what the problem assumes.
     Raises InvalidInput for a plan without the operations that a proof needs, or with those of another.
     """
     try:
@@ -156,10 +164,13 @@ def _with_own_bounds(
     except BROKEN:
         message = "the plan has no unit program of its operations, without which nothing can be proven"
         raise InvalidInput([Diagnostic("E603", message, hint="compile the problem again")]) from None
+    facts = FactTally.of(plan)
 
     def run(samples: Samples) -> dict[str, Any]:
         outputs = simulate(samples)
         valid = outputs["valid"].astype(bool)
+        if facts is not None:
+            valid &= facts.kept(samples)
         own = own_bounds(net, list(plan.outputs), {n: column[valid] for n, column in samples.items()})
         for name, bounds in own.items():
             outputs[BOUND + name] = np.full(valid.shape, np.nan)
@@ -206,8 +217,8 @@ def _sink(path: Path | None, names: list[str], stack: ExitStack) -> Write:
     if path is None:
         return lambda outputs: None
     if str(path) == "-":
-        click.echo(csv_header(names), nl=False)
-        return lambda outputs: click.echo(csv_rows(names, outputs), nl=False)
+        deliver(csv_header(names))
+        return lambda outputs: deliver(csv_rows(names, outputs))
     return stack.enter_context(table_writer(path, names))
 
 
@@ -217,16 +228,19 @@ def _only_run(
     simulate: Callable[[Samples], dict[str, Any]],
     take: Write,
     progress: Progress,
+    facts: FactTally | None,
 ) -> str | Sheet:
     samples = valid = 0
     for part in parts:
         outputs = simulate(part)
         take(outputs)
+        if facts is not None:
+            facts.kept(part)
         samples, valid = samples + len(outputs["valid"]), valid + int(outputs["valid"].sum())
         progress.reached(samples)
     if run.as_json:
         data = {"name": run.plan.name, "target": run.plan.target.name, "samples": samples, "valid": valid}
-        return dumped(data)
+        return dumped(data | {"facts": facts_data(facts)})
     return Sheet(f"{run.plan.name} on {run.plan.target.name}: {count(samples, 'sample')}, {valid} valid")
 
 
@@ -234,15 +248,21 @@ def _search(
     plan: Plan, report: RunFindings, simulate: Callable[[Samples], dict[str, Any]]
 ) -> dict[str, Worst | None] | None:
     """Search for larger errors of each output; None where inputs depend on one another."""
-    if plan.problem.samples is not None:
+    if plan.problem.samples is not None or plan.problem.facts.dependent:
         return None
-    graph = plan.problem.program
+    graph, facts = plan.problem.program, FactTally.of(plan)
     ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
     inside = {
         name: [w for w in worst if all(each.lo <= w.inputs[n] <= each.hi for n, each in ranges.items())]
         for name, worst in report.worst.items()
     }
+
+    def run(samples: Samples) -> dict[str, Any]:
+        outputs = simulate(samples)
+        # What breaks a fact is as good as invalid: nothing is claimed of it.
+        return outputs if facts is None else {**outputs, "valid": outputs["valid"] & facts.kept(samples)}
+
     return {
-        name: extremes.search(graph, is_angle, name, ranges, inside[name], simulate)
+        name: extremes.search(graph, is_angle, name, ranges, inside[name], run)
         for name, is_angle in plan.problem.angles.items()
     }

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from cordicc.cli.arguments import FILE, is_stdout, output_option, time_limit_option, write_or_print
+from cordicc.cli.streams import say
 
 
 @click.command("schedule")
@@ -38,4 +39,4 @@ def command(graph: Path, output: Path | None, time_limit: float | None) -> None:
     for name, bound in answer["bounds"].items():
         proven = "proven optimal" if answer["optimal"][name] else f"at least {bound}"
         figure = answer[name] if name in answer else len(set(answer["unit"].values()))
-        click.echo(f"{name.replace('_', ' ')} {figure} ({proven})")
+        say(f"{name.replace('_', ' ')} {figure} ({proven})")

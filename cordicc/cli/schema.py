@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from cordicc.cli.streams import deliver
+
 
 @click.command("schema")
 @click.argument("kind", type=click.Choice(["problem", "target", "plan"]))
@@ -18,4 +20,4 @@ def command(kind: str) -> None:
     from importlib.resources import files
 
     text = files("cordicc").joinpath("schema", f"{kind}.schema.json").read_text(encoding="utf-8")
-    click.echo(text, nl=False)
+    deliver(text)

@@ -8,6 +8,7 @@ import click
 
 from cordicc.cli.arguments import JOBS, cluster_option
 from cordicc.cli.console import show, watched
+from cordicc.cli.streams import say
 
 
 @click.command("sequences")
@@ -73,7 +74,7 @@ def command(
         if name is None:
             show(sequence_listing.list_sheet())
         else:
-            click.echo(sequence_listing.detail_text(name), nl=False)
+            say(sequence_listing.detail_text(name), newline=False)
         return
     from cordicc.frontend.reading import option_number
     from cordicc.studies.cluster import outcomes as on_cluster
@@ -81,7 +82,7 @@ def command(
 
     angle, error = option_number(domain, "--domain"), option_number(scaling_error, "--scaling-error")
     cases = sequence_listing.conditions(final_shift, angle, error, max_iterations, allow_zero)
-    click.echo(sequence_listing.search_head(cases[0]), nl=False)
+    say(sequence_listing.search_head(cases[0]), newline=False)
     found = False
     without: Outcome = {}
     for case in cases:
@@ -93,7 +94,7 @@ def command(
             if allow_zero:
                 continue
         found |= sequence_listing.shortest(whole) is not None
-        click.echo("\n" + sequence_listing.search_text(case, whole), nl=False)
+        say("\n" + sequence_listing.search_text(case, whole), newline=False)
     if not found:
         ctx.exit(1)
 

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
-import click
-
-from cordicc.backends.text.summary import ACCURACY_HEADER, count, figure
+from cordicc.backends.text.summary import ACCURACY_HEADER, checks_table, count, figure
 from cordicc.base.text_tables import Sheet, Table, percent
 from cordicc.cli.console import show
+from cordicc.cli.streams import deliver
 from cordicc.emulate.accuracy import Comparison
+from cordicc.emulate.checking import CheckTally
+from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Errors, Worst
 from cordicc.emulate.judging import Judged, Judgement
 from cordicc.emulate.long_run import RunFindings
+from cordicc.ir.facts import SIDES
 from cordicc.plan.model import Plan
-from cordicc.plan.plain_data import bound_data
+from cordicc.plan.plain_data import bound_data, check_data
 
 _BAR = 40
 _MOST_CAUSES = 5
@@ -28,7 +31,7 @@ def print_told(told: str | Sheet, *, err: bool = False) -> None:
     if isinstance(told, Sheet):
         show(told, err=err)
     else:
-        click.echo(told, nl=False, err=err)
+        deliver(told, err=err)
 
 
 def dumped(data: Mapping[str, Any]) -> str:
@@ -36,15 +39,24 @@ def dumped(data: Mapping[str, Any]) -> str:
     return json.dumps(data, indent=2, sort_keys=True, allow_nan=False) + "\n"
 
 
-def errors_json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> str:
+def errors_json(
+    plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None, checks: CheckTally
+) -> str:
     """Return what a run showed as JSON; `found` are the errors that a search found, None without one."""
     data = comparison_data(plan, report.comparison)
+    data["checks"] = {
+        name: check_data(plan.problem.check(name), record.figures) | {"beyond": record.beyond}
+        for name, record in checks.found.items()
+    }
     data |= {"referenced": report.referenced, "screened": report.screened}
     data["undefined"] = [
         {"equation": cause.equation, "reason": cause.reason, "samples": samples, "first": first + 1}
         for cause, samples, first in report.causes
     ]
+    data["facts"] = facts_data(report.facts)
     for name, record in data["accuracy"].items():
+        if report.facts is not None:
+            record["unfounded"] = report.unfounded[name]
         record["histogram"] = [[lower, number] for lower, number in report.errors[name].rows()]
         record["worst"] = [_worst_data(worst) for worst in report.worst[name]]
         record["screening_error"] = report.screening_error[name] if report.screened else None
@@ -53,6 +65,18 @@ def errors_json(plan: Plan, report: RunFindings, found: Mapping[str, Worst | Non
             worst = found[name]
             record["search"] = None if worst is None else _worst_data(worst)
     return dumped(data)
+
+
+def facts_data(facts: FactTally | None) -> dict[str, Any] | None:
+    """Return how many samples break what the problem assumes, and the first; None if it assumes nothing."""
+    if facts is None:
+        return None
+    first = None
+    if facts.first is not None:
+        first = asdict(facts.first) | {"sample": facts.first.sample + 1, "fact": facts.first.text}
+        del first["text"]
+        first |= {side: first[side] if math.isfinite(first[side]) else None for side in SIDES}
+    return {"broken": facts.broken, "first": first}
 
 
 def _judged_data(judgement: Judgement | None, output: str) -> dict[str, Any] | None:
@@ -72,7 +96,11 @@ def _worst_data(worst: Worst) -> dict[str, Any]:
 
 
 def errors_sheet(
-    plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None, details: bool
+    plan: Plan,
+    report: RunFindings,
+    found: Mapping[str, Worst | None] | None,
+    details: bool,
+    checks: CheckTally,
 ) -> Sheet:
     """Return what a run showed; with details, histograms and worst inputs, those found by a search too."""
     judged = {} if report.judgement is None else report.judgement.found
@@ -84,6 +112,15 @@ def errors_sheet(
     ]
     if more := report.causes[_MOST_CAUSES:]:
         lines.append(f"  {count(sum(n for _, n, _ in more), 'sample')} without a value for other reasons")
+    if report.facts is not None and report.facts.broken:
+        largest = ", ".join(
+            f"{name} {figure(error, ' rad' if plan.problem.angles[name] else '')}"
+            for name, error in report.unfounded.items()
+        )
+        lines.append(
+            f"  {count(report.facts.broken, 'sample')} not as the problem assumes, not in the figures above; "
+            f"largest errors {largest}"
+        )
     if report.screened:
         gaps = [gap for gap in report.screening_error.values() if gap is not None]
         known = f", there at most {max(gaps):.2g} from it" if gaps else ""
@@ -92,7 +129,8 @@ def errors_sheet(
             f"double precision{known}; the worst of these again against high precision"
         )
     lines += _details(plan, report, found) if details else []
-    return replace(sheet, blocks=(*sheet.blocks, *lines))
+    figures = {name: record.figures for name, record in checks.found.items()}
+    return replace(sheet, blocks=(*sheet.blocks, *checks_table(plan.problem, figures), *lines))
 
 
 def _details(plan: Plan, report: RunFindings, found: Mapping[str, Worst | None] | None) -> list[str]:
@@ -163,7 +201,7 @@ def _judged(plan: Plan, judged: Judged | None, output: str, unit: str) -> tuple[
     held = "every valid sample"
     bound = plan.accuracy[output].bound
     if bound is not None and bound.conditions:
-        held = f"{percent(judged.share or 0.0)} of valid samples"
+        held = "-" if judged.share is None else f"{percent(judged.share)} of valid samples"
     return figure(judged.bound, unit), held, str(judged.beyond) if judged.beyond else "none"
 
 

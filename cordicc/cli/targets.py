@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from cordicc.cli.console import show
+from cordicc.cli.streams import deliver
 
 
 @click.command("targets")
@@ -23,7 +24,7 @@ def command(name: str | None) -> None:
 
     if name is not None:
         load_target(name)
-        click.echo(target_text(name).text, nl=False)
+        deliver(target_text(name).text)
         return
     shipped = [load_target(each) for each in shipped_targets()]
     rows = tuple((target.name, " ".join(target.description.split())) for target in shipped)

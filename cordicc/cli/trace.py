@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from cordicc.cli.console import tell
+from cordicc.cli.streams import say
 
 _MODES = ("rotation", "vectoring", "implicit")
 _TRACED = ("standard", "krieger96", "root-free", "single-rotation")
@@ -62,4 +63,4 @@ def command(
     request = Request(mode, rule, int(m), at[0], at[1], at[2], goal, iterations, branch, bits)
     text, warnings = trace_text(request)
     tell(warnings)
-    click.echo(text, nl=False)
+    say(text, newline=False)

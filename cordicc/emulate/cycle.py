@@ -156,7 +156,7 @@ class _Machine:
             )
         formats = self.formats.of_results(operation)
         results = self._arithmetic.execute(
-            operation.op, operation.params, operation.kind, signals, formats, operation.angle
+            operation.op, operation.settings, operation.kind, signals, formats, operation.angle
         )
         return {
             self._netlist.results[name].driver: signal

@@ -103,7 +103,7 @@ def _evaluate(
         operands = [fetch(operand) for operand in operation.operands]
         results = arithmetic.execute(
             operation.op,
-            operation.params,
+            operation.settings,
             operation.kind,
             operands,
             formats.of_results(operation),

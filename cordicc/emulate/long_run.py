@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from cordicc.base.arrays import Floats, Samples
 from cordicc.emulate.accuracy import Comparison, Observed
 from cordicc.emulate.causes import Cause, Causes
+from cordicc.emulate.fact_tally import FactTally
 from cordicc.emulate.histogram import Errors, Worst, angular, worst_first
 from cordicc.emulate.judging import ConditionalBounds, Judgement, Part
 from cordicc.emulate.ports import Outputs
@@ -44,7 +45,9 @@ class RunFindings:
     `referenced` samples were compared in high precision, `screened` ones in double precision, which was
     at most `screening_error` from the reference, by output, where both were computed; None where none was.
     `judgement` says how the plan's bounds fare, if it states any.  `causes` say why samples have no value
-    in the equations, of how many that is so, and which is the first, from 0.
+    in the equations, of how many that is so, and which is the first, from 0.  `facts` says which samples
+    break what the problem assumes; they count in nothing else but `samples`, `valid` and `causes`, and their
+    largest errors are apart, in `unfounded`.
     """
 
     comparison: Comparison
@@ -55,6 +58,8 @@ class RunFindings:
     screening_error: Mapping[str, float | None]
     judgement: Judgement | None
     causes: tuple[tuple[Cause, int, int], ...]
+    facts: FactTally | None
+    unfounded: Mapping[str, float | None]
 
 
 @dataclass(slots=True)
@@ -65,6 +70,7 @@ class _Tally:
     angles: Mapping[str, bool]
     reference: int
     judgement: Judgement | None = None
+    facts: FactTally | None = None
     samples: int = 0
     valid: int = 0
     lost: int = 0
@@ -75,6 +81,7 @@ class _Tally:
     doubtful: int = 0
     errors: dict[str, Errors] = field(default_factory=dict)
     gaps: dict[str, float | None] = field(default_factory=dict)
+    unfounded: dict[str, float | None] = field(default_factory=dict)
     suspects: dict[str, list[tuple[float, int, dict[str, float], float]]] = field(default_factory=dict)
     known: dict[int, dict[str, float]] = field(default_factory=dict)
     causes: Causes = field(init=False)
@@ -85,13 +92,15 @@ class _Tally:
     def add(self, inputs: Samples, outputs: Outputs) -> None:
         """Compare a part of the run with the equations."""
         size = len(outputs["valid"])
+        kept = np.ones(size, dtype=bool) if self.facts is None else self.facts.kept(inputs)
         exact = min(size, max(0, self.reference - self.samples))
         for part, precise in ((slice(0, exact), True), (slice(exact, size), False)):
             if part.start < part.stop:
                 here = {name: column[part] for name, column in inputs.items()}
-                self._compare(here, {name: column[part] for name, column in outputs.items()}, precise)
+                made = {name: column[part] for name, column in outputs.items()}
+                self._compare(here, made, kept[part], precise)
 
-    def _compare(self, inputs: Samples, outputs: Outputs, precise: bool) -> None:
+    def _compare(self, inputs: Samples, outputs: Outputs, kept: NDArray[np.bool_], precise: bool) -> None:
         simulated = outputs["valid"].astype(bool)
         values, defined, broken = self.causes.screened(inputs)
         if precise:
@@ -103,7 +112,8 @@ class _Tally:
             self.screened += simulated.size
             defined = self._decide(inputs, defined, simulated)
         self.causes.count(broken, ~defined, self.samples)
-        both = defined & simulated
+        self._set_apart(outputs, values, defined & simulated & ~kept)
+        both = defined & simulated & kept
         numbers = self.samples + np.flatnonzero(both)
         errors = {n: angular(outputs[n][both] - values[n][both], a) for n, a in self.angles.items()}
         if self.judgement is not None:
@@ -118,13 +128,21 @@ class _Tally:
             for _, number in self.errors[name].worst:
                 if number >= self.samples:
                     self.known[number] = {n: float(c[number - self.samples]) for n, c in inputs.items()}
-        lost = np.flatnonzero(defined & ~simulated)
+        lost = np.flatnonzero(defined & ~simulated & kept)
         if lost.size and self.lost_at is None:
             self.lost_at = self.samples + int(lost[0])
         self.lost += lost.size
-        self.gained += int((simulated & ~defined).sum())
+        self.gained += int((simulated & ~defined & kept).sum())
         self.valid += int(simulated.sum())
         self.samples += simulated.size
+
+    def _set_apart(self, outputs: Outputs, values: Samples, broken: NDArray[np.bool_]) -> None:
+        """Note the largest errors of samples that break what is assumed: they are no fault of the plan."""
+        for name, is_angle in self.angles.items():
+            error = angular(outputs[name][broken] - values[name][broken], is_angle)
+            error = error[np.isfinite(error)]
+            if error.size:
+                self.unfounded[name] = max(self.unfounded[name] or 0.0, float(error.max()))
 
     def _measure(self, values: Samples, screened: Samples, both: NDArray[np.bool_]) -> None:
         """Note how far double precision is from the reference."""
@@ -203,6 +221,8 @@ class _Tally:
             self.gaps,
             self.judgement,
             self.causes.listed(),
+            self.facts,
+            self.unfounded,
         )
 
 
@@ -215,6 +235,7 @@ def run_parts(
     reached: Callable[[int], None],
     reference: int = REFERENCE_SAMPLES,
     limits: ConditionalBounds | None = None,
+    facts: FactTally | None = None,
 ) -> RunFindings:
     """Simulate part after part and compare with the equations.
 
@@ -227,11 +248,13 @@ def run_parts(
         reached: is told how many samples are done.
         reference: how many samples, the first ones, are compared in high precision.
         limits: the bounds by which samples are judged.
+        facts: what is assumed of the samples.
     """
     judgement = None if limits is None else Judgement(graph, angles, limits)
-    tally = _Tally(graph, angles, reference, judgement)
+    tally = _Tally(graph, angles, reference, judgement, facts)
     for name in angles:
-        tally.errors[name], tally.gaps[name], tally.suspects[name] = Errors(), None, []
+        tally.errors[name], tally.suspects[name] = Errors(), []
+        tally.gaps[name] = tally.unfounded[name] = None
     for inputs in parts:
         outputs = simulate(inputs)
         take(outputs)

@@ -12,6 +12,7 @@ from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
 from cordicc.emulate import accuracy
 from cordicc.emulate import functional as functional_run
+from cordicc.emulate.checking import CheckTally, beyond_limits, without_value
 from cordicc.emulate.long_run import REFERENCE_SAMPLES, run_parts
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.effort import effort
@@ -29,14 +30,22 @@ _LEAST_REFERENCE = 32
 
 
 def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
-    """Run a plan on the default samples and record the errors that were seen.
+    """Run a plan on the default samples and record the errors that were seen, and the checks.
+
+    Samples that break what the problem assumes are left out.
 
     Raises:
-        Unattainable: no sample that the equations can do survives in the target's number format.
+        Unattainable: no sample that the equations can do survives in the target's number format, or a check
+            is beyond its limit.
     """
     inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
-    outputs = functional_run.run(plan, plan.arithmetic, inputs)
     warnings: list[Diagnostic] = []
+    if plan.problem.facts.items:
+        kept = plan.problem.facts.kept(inputs)
+        inputs = {name: column[kept] for name, column in inputs.items()}
+        if not kept.any():
+            warnings.append(_unobserved())
+    outputs = functional_run.run(plan, plan.arithmetic, inputs)
     graph = plan.problem.program
     reference = reference_samples(graph)
     if reference < DEFAULT_SAMPLES:
@@ -55,7 +64,13 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         if not comparison.valid:
             raise Unattainable([lost])
         warnings.append(lost)
-    return with_warnings(replace(plan, accuracy=figures), warnings), warnings
+    tally = CheckTally(plan.problem)
+    tally.add(inputs, outputs)
+    if refused := beyond_limits(tally, Severity.ERROR):
+        raise Unattainable(refused)
+    warnings += without_value(tally)
+    checks = {name: record.figures for name, record in tally.found.items()}
+    return with_warnings(replace(plan, accuracy=figures, checks=checks), warnings), warnings
 
 
 def with_warnings(plan: Plan, warnings: Iterable[Diagnostic]) -> Plan:
@@ -71,6 +86,15 @@ def reference_samples(graph: Graph) -> int:
 
 def _ignored(_: object) -> None:
     pass
+
+
+def _unobserved() -> Diagnostic:
+    """Return the finding that no sample drawn from the ranges keeps what is assumed."""
+    message = (
+        f"no errors are observed: none of {DEFAULT_SAMPLES} samples from the ranges keeps what is assumed"
+    )
+    hint = "add rows of the true workspace with 'samples: FILE.csv'"
+    return Diagnostic("W108", message, None, hint, Severity.WARNING)
 
 
 def _few(samples: int, operations: int) -> Diagnostic:
@@ -121,7 +145,7 @@ def first_invalid(plan: Plan, arithmetic: Arithmetic, sample: Mapping[str, float
         ]
         results = arithmetic.execute(
             operation.op,
-            operation.params,
+            operation.settings,
             operation.kind,
             operands,
             formats.of_results(operation),

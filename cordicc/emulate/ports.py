@@ -90,3 +90,16 @@ class PortFormats:
         if format_ == signal.format:
             return signal.values
         return format_.decode(format_.encode(signal.values))
+
+
+def as_words(plan: Plan, samples: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+    """Return the numbers that the words of samples stand for.
+
+    Of an input that nothing uses, whose words need not hold its range, the number itself.
+    """
+    numbers, _ = prepare(plan, samples)
+    words = PortFormats.of(plan, plan.arithmetic).encode(numbers)
+    return {
+        name: np.where(np.isnan(words[name].values), number, words[name].values)
+        for name, number in numbers.items()
+    }

@@ -24,7 +24,8 @@ from cordicc.base.arrays import Bools, Samples, Words
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.emulate.cycle import Register, Snapshot, clock
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
-from cordicc.emulate.sample_tables import Columns, read_table
+from cordicc.emulate.sample_columns import Columns
+from cordicc.emulate.sample_tables import read_table
 from cordicc.ir.sampling import draw_parts
 from cordicc.plan.model import Operation, Plan
 from cordicc.plan.netlist import Cell, Driver, FifoEnd, InputWord, Netlist

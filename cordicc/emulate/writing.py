@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 import zipfile
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.base.files import failure
+from cordicc.base.temporaries import replacing
 
 Write = Callable[[Mapping[str, NDArray[Any]]], None]
 
@@ -58,7 +58,7 @@ def _csv(path: Path, names: Sequence[str]) -> Iterator[Write]:
         if path.exists() and not path.is_file():  # a device, a pipe
             file: IO[bytes] = stack.enter_context(path.open("wb"))
         else:
-            file = stack.enter_context(_replacing(path))
+            file = stack.enter_context(replacing(path.resolve()))
         file.write(csv_header(names).encode())
         yield lambda outputs: _ignore(file.write(csv_rows(names, outputs).encode()))
 
@@ -67,7 +67,7 @@ def _csv(path: Path, names: Sequence[str]) -> Iterator[Write]:
 def _npz(path: Path, names: Sequence[str]) -> Iterator[Write]:
     """Collect each array in a file of its own: a zip archive takes one member at a time."""
     with ExitStack() as stack:
-        file = stack.enter_context(_replacing(path))
+        file = stack.enter_context(replacing(path.resolve()))
         folder = path.resolve().parent
         arrays = {name: stack.enter_context(tempfile.TemporaryFile(dir=folder)) for name in (*names, "valid")}
 
@@ -88,24 +88,6 @@ def _npz(path: Path, names: Sequence[str]) -> Iterator[Write]:
 
 def _kind(name: str) -> np.dtype[Any]:
     return np.dtype("|b1" if name == "valid" else "<f8")
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[IO[bytes]]:
-    """Open a file aside that takes the place of another once all is well."""
-    final = path.resolve()
-    handle, aside = tempfile.mkstemp(dir=final.parent, prefix=".cordicc.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(aside, 0o666 & ~mask)
-        os.replace(aside, final)
-    finally:
-        Path(aside).unlink(missing_ok=True)
 
 
 def _ignore(_: object) -> None:

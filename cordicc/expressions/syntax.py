@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeVar
 
-from cordicc.expressions.hints import KEYWORDS, NO_CONDITIONALS, UNITS, function_hint, signature, unit_hint
+from cordicc.expressions import hints
 from cordicc.expressions.lexer import ExpressionError, Kind, Token, tokenize
+from cordicc.expressions.quantities import quantity_at
 
 MAX_NESTING = 100
 
@@ -42,10 +43,11 @@ Place = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number literal."""
+    """A number literal; one with a unit is in metres or radians."""
 
     value: Fraction
     at: Place = field(default=(0, 0), compare=False)
+    unit: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,12 +156,12 @@ def names(expr: Expr) -> Iterator[Name]:
     return (e for e in postorder(expr) if isinstance(e, Name))
 
 
-def parse_expression(text: str) -> Expr:
-    """Return the tree of an expression.
+def parse_expression(text: str, vectors: bool = False) -> Expr:
+    """Return the tree of an expression, with vectors only if they are allowed.
 
     Raises ExpressionError at the first mistake.
     """
-    return _guarded(text, lambda parser: parser.whole())
+    return _guarded(text, lambda parser: parser.whole(), vectors)
 
 
 def parse_definition(text: str, vectors: bool = False) -> tuple[Name, Expr]:
@@ -193,7 +195,7 @@ def parse_relation(text: str, relations: tuple[str, ...] = ("=",), vectors: bool
     """Return the two sides of `expression relation expression`; raises ExpressionError."""
 
     def relation(parser: _Parser) -> Relation:
-        left = parser.expression(0)
+        left = parser.standing_alone()
         token = parser.current
         if token.text not in relations:
             parser.refuse_foreign_operator()
@@ -222,15 +224,6 @@ def _guarded(text: str, parse: Callable[[_Parser], _T], vectors: bool = False) -
 _SUM, _PRODUCT, _UNARY, _POWER = 10, 20, 30, 40
 _BINDING = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "**": _POWER}
 
-_FOREIGN = {
-    "^": "use '**' for a power",
-    "==": "use '=' between the sides of an equation",
-    "!=": "there is no such relation here",
-    "//": "use '/' for a quotient",
-    "&&": "there are no logical operators",
-    "||": "there are no logical operators; use abs(...) for the magnitude",
-}
-
 
 class _Parser:
     def __init__(self, tokens: list[Token], functions: Mapping[str, tuple[int, int | None]]) -> None:
@@ -251,7 +244,7 @@ class _Parser:
 
     def whole(self) -> Expr:
         """Return the expression that takes all the tokens left."""
-        expr = self.expression(0)
+        expr = self.standing_alone()
         token = self.current
         if token.kind is not Kind.END:
             self.refuse_foreign_operator()
@@ -262,6 +255,17 @@ class _Parser:
                 raise _error("E118", f"'{token.text}' is not expected here", token)
             raise _error("E112", f"'{token.text}' is not expected here", token)
         return expr
+
+    def standing_alone(self) -> Expr:
+        """Return an expression that is a whole side or argument: there a number may have a unit."""
+        sign = self.current
+        signed = sign.text in ("-", "+")
+        found = quantity_at(self.tokens, self.position + signed)
+        if found is None:
+            return self.expression(0)
+        self.position += 2 + signed
+        number, at = Number(found.value, (found.start, found.end), found.unit), (sign.start, found.end)
+        return Neg(number, at) if sign.text == "-" else replace(number, at=at)
 
     def expression(self, binding: int) -> Expr:
         """Return the longest expression whose operators bind tighter than `binding`."""
@@ -275,12 +279,12 @@ class _Parser:
                 left = self.chain(left, strength)
         return left
 
-    def nested(self, binding: int) -> Expr:
+    def nested(self, binding: int, alone: bool = False) -> Expr:
         """Return an expression one level deeper; raises ExpressionError beyond the limit."""
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise _error("E104", f"the expression is nested more than {MAX_NESTING} deep", self.current)
-        inner = self.expression(binding)
+        inner = self.standing_alone() if alone else self.expression(binding)
         self.depth -= 1
         return inner
 
@@ -325,7 +329,8 @@ class _Parser:
 
     def call(self, token: Token) -> Expr:
         if token.text not in self.functions:
-            hint = function_hint(token.text, FUNCTIONS)
+            count = hints.argument_count(each.text for each in self.tokens[self.position :])
+            hint = hints.function_hint(token.text, FUNCTIONS, count)
             raise _error("E114", f"unknown function '{token.text}'", token, hint)
         self.open.append(self.advance())
         args, end = self.items(")")
@@ -334,17 +339,17 @@ class _Parser:
             wanted = f"{least} argument{'s' if least > 1 else ''}"
             wanted += "" if most is not None else " or more"
             message = f"'{token.text}' takes {wanted} but has {len(args)}"
-            raise ExpressionError("E115", message, token.start, end, signature(token.text))
+            raise ExpressionError("E115", message, token.start, end, hints.signature(token.text, len(args)))
         return Call(token.text, args, (token.start, end))
 
     def items(self, closing: str) -> tuple[tuple[Expr, ...], int]:
         """Return the expressions up to a closing bracket, and where it ends."""
         items: list[Expr] = []
         if self.current.text != closing:
-            items.append(self.nested(0))
+            items.append(self.nested(0, alone=True))
             while self.current.text == ",":
                 self.advance()
-                items.append(self.nested(0))
+                items.append(self.nested(0, alone=True))
         return tuple(items), self.close(closing)
 
     def close(self, closing: str = ")") -> int:
@@ -371,7 +376,7 @@ class _Parser:
 
     def refuse_foreign_operator(self) -> None:
         """Raise if the current token is an operator of another language."""
-        hint = _FOREIGN.get(self.current.text)
+        hint = hints.FOREIGN.get(self.current.text)
         if hint:
             raise _error("E117", f"'{self.current.text}' is not an operator here", self.current, hint)
 
@@ -380,10 +385,12 @@ class _Parser:
         token, before = self.current, self.tokens[self.position - 1]
         if token.kind in (Kind.NUMBER, Kind.NAME) or token.text == "(":
             for word in (token, before):
-                if word.text in KEYWORDS:
-                    raise _error("E117", f"'{word.text}' is not an operator here", word, NO_CONDITIONALS)
-            if before.kind is Kind.NUMBER and token.text in UNITS:
-                raise _error("E116", f"'{token.text}' after a number", token, unit_hint(token.text))
+                if word.text in hints.KEYWORDS:
+                    raise _error(
+                        "E117", f"'{word.text}' is not an operator here", word, hints.NO_CONDITIONALS
+                    )
+            if before.kind is Kind.NUMBER and token.text in hints.UNITS:
+                raise _error("E116", f"'{token.text}' after a number", token, hints.unit_hint(token.text))
             hint = f"write '{before.text}*{token.text}' for a product"
             raise _error("E116", f"an operator is missing before '{token.text}'", token, hint)
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
-from cordicc.base.arrays import Bools, Floats
 from cordicc.base.diagnostics import Report, Span
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import RELATIONS, parse_relation
@@ -17,24 +15,14 @@ from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
 from cordicc.frontend.reading import wanted
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text
-from cordicc.ir.graph import Graph, Value
-from cordicc.ir.meaning.doubles import values_of
+from cordicc.ir.facts import InputFacts
+from cordicc.ir.graph import Value
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.ir.problem import Assumption, InputSpec, SampleTable
+from cordicc.ir.problem import InputSpec, SampleTable
 from cordicc.ir.ranges.forward import value_ranges
 
-_TOLERANCE = 1e-6
 
-
-@dataclass(frozen=True, slots=True)
-class Assumptions:
-    """The assumptions as values of a graph of their own."""
-
-    items: tuple[Assumption, ...]
-    graph: Graph
-
-
-def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[Assumptions, list[Span]]:
+def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[InputFacts, list[Span]]:
     """Return the assumptions of the list `node`; `scope` has the inputs and constants alone."""
     report = scope.report
     read: list[tuple[str, str, Value, Value, Span]] = []
@@ -58,53 +46,31 @@ def read_assumptions(node: YamlNode, scope: Scope, places: Places) -> tuple[Assu
             read.append((" ".join(item.value.split()), relation.relation, left, right, item.span))
     sides = {f"left{i}": entry[2] for i, entry in enumerate(read)}
     sides |= {f"right{i}": entry[3] for i, entry in enumerate(read)}
-    graph = scope.builder.build(sides)
-    items = tuple(
-        Assumption(text, relation, graph.outputs[f"left{i}"], graph.outputs[f"right{i}"], span.line)
-        for i, (text, relation, _, _, span) in enumerate(read)
-    )
-    return Assumptions(items, graph), [r[4] for r in read]
+    stated = [(text, relation) for text, relation, _, _, _ in read]
+    return InputFacts.of(stated, scope.builder.build(sides)), [r[4] for r in read]
 
 
-def check_on_samples(
-    assumptions: Assumptions, spans: Sequence[Span], samples: SampleTable, report: Report
-) -> None:
-    """Report each assumption that a sample contradicts, with the first such row.
-
-    Equality is checked to 1e-6 of the largest number on the way.
-    """
-    graph = assumptions.graph
+def check_on_samples(facts: InputFacts, spans: Sequence[Span], samples: SampleTable, report: Report) -> None:
+    """Report each assumption that a sample contradicts, with the first such row."""
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in samples.columns.items()}
-    for assumption, span in zip(assumptions.items, spans, strict=True):
-        order = sorted(graph.live([assumption.left, assumption.right]))
-        values = values_of(graph.nodes, order, columns)
-        left, right = values[assumption.left.node], values[assumption.right.node]
-        scale = np.fmax.reduce([np.abs(value) for value in values.values()])
-        broken = np.flatnonzero(~_holds(assumption.relation, left, right, scale))
+    for fact, span in zip(facts.items, spans, strict=True):
+        broken = np.flatnonzero(~facts.kept_one(fact, columns))
         if broken.size:
             row = int(broken[0])
+            left, right, _ = facts.sides(fact, columns)
             sides = f"{float(left[row])!r} and {float(right[row])!r}"
             message = f"the assumption does not hold in row {row + 1} of the samples: {sides}"
             report.error("E222", message, span)
 
 
-def _holds(relation: str, left: Floats, right: Floats, scale: Floats) -> Bools:
-    if relation == "=":
-        return np.asarray(np.abs(left - right) <= _TOLERANCE * scale)
-    if relation in ("<", ">"):
-        return np.asarray(left < right if relation == "<" else left > right)
-    slack = 1e-12 * scale
-    return np.asarray(left <= right + slack if relation == "<=" else left >= right - slack)
-
-
 def check_on_box(
-    assumptions: Assumptions, spans: Sequence[Span], inputs: Sequence[InputSpec], report: Report
+    facts: InputFacts, spans: Sequence[Span], inputs: Sequence[InputSpec], report: Report
 ) -> None:
     """Report each assumption that the ranges of the inputs contradict; warn if some are left open."""
     box = {spec.name: Interval(_below(spec.lo), -_below(-spec.hi)) for spec in inputs}
-    ranges = value_ranges(assumptions.graph, box)
+    ranges = value_ranges(facts.graph, box)
     unchecked: list[Span] = []
-    for assumption, span in zip(assumptions.items, spans, strict=True):
+    for assumption, span in zip(facts.items, spans, strict=True):
         left, right = (ranges[v.node][v.result] for v in (assumption.left, assumption.right))
         if left is None or right is None:
             message = "the assumption has no value anywhere in the ranges of the inputs"

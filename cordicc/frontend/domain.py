@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
+from cordicc.base.arrays import Floats, Samples
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Severity, Source
-from cordicc.frontend.poles import find_poles
+from cordicc.frontend.poles import Poles, find_poles
 from cordicc.ir.findings import example_of, place
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.ranges.forward import value_ranges
-from cordicc.ir.sampling import draw_with_corners
+from cordicc.ir.sampling import DEFAULT_SEED, corners, draw
 
 _DOMAIN_SAMPLES = 1_000
 """Samples on which inputs outside the domain are looked for."""
@@ -36,7 +35,7 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
     Raises:
         InvalidInput: provably all of the range, or every row of the problem's samples, is outside.
     """
-    samples = draw_with_corners(problem.workspace, _within(_WORK, problem.graph, _DOMAIN_SAMPLES))
+    samples, ends = _looked_at(problem)
     _check_hyperbolic_case(problem, source, samples)
     ranges = value_ranges(problem.graph, input_intervals(problem))
     nowhere = [
@@ -47,36 +46,64 @@ def check_domain(problem: Problem, source: Source) -> list[Diagnostic]:
         message = "no input meets the condition" if op == "guard" else f"'{op}' has no value for any input"
         raise InvalidInput([place(problem, source, nowhere[0].origin, "E320", message)])
     _, valid = reference_outputs(problem.graph, samples)
+    if problem.samples is not None:
+        poles = Poles()
+    else:
+        poles = find_poles(problem, source, {name: column[valid] for name, column in samples.items()}, ends)
     if bool(valid.all()):
-        return [] if problem.samples is not None else find_poles(problem, source, samples)
+        return list(poles.warnings)
     outside = int(np.argmin(valid))
     example = f"for example {example_of(samples, outside)}"
     if not valid.any() and problem.samples is not None:
         message = "every row of the samples is outside the domain of the equations"
         raise InvalidInput([Diagnostic("E321", message, None, example, source=source)])
+    drawn = len(valid) - len(next(iter(ends.values()), ()))
+    if poles.at_ends and valid[:drawn].all():
+        beyond = {name: column[~valid] for name, column in samples.items()}
+        if _culprits(problem, beyond) <= set(poles.at_ends):
+            return list(poles.warnings)  # nothing but the very ends is outside
     share = int((~valid).sum()) / len(valid)
-    culprit = _culprit(problem, {name: column[outside : outside + 1] for name, column in samples.items()})
+    (culprit,) = _culprits(problem, {name: column[outside : outside + 1] for name, column in samples.items()})
     first = "a condition" if culprit.op == "guard" else f"'{culprit.op}'"
     message = f"about {share:.1%} of the inputs are outside the domain of the equations, first at {first}"
-    return [place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)]
+    warning = place(problem, source, culprit.origin, "W320", message, example, Severity.WARNING)
+    return [warning, *poles.warnings]
 
 
-def _culprit(problem: Problem, sample: Mapping[str, np.ndarray]) -> Node:
-    """Return the first operation that a sample outside the domain leaves without a value.
+def _looked_at(problem: Problem) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return samples, drawn ones and then corners of the ranges, and the corners alone.
+
+    All keep what is assumed, if any of those drawn does.  A problem with samples has no corners.
+    """
+    count = _within(_WORK, problem.graph, _DOMAIN_SAMPLES)
+    drawn = draw(problem.workspace, count, DEFAULT_SEED)
+    if problem.samples is not None:
+        return drawn, {name: column[:0] for name, column in drawn.items()}
+    ends = corners(problem.workspace.ranges)
+    kept = problem.facts.kept(drawn)
+    if problem.assumptions and kept.any():
+        drawn = {name: column[kept] for name, column in drawn.items()}
+        held = problem.facts.kept(ends)
+        ends = {name: column[held] for name, column in ends.items()}
+    return {name: np.concatenate([column, ends[name]]) for name, column in drawn.items()}, ends
+
+
+def _culprits(problem: Problem, samples: Samples) -> set[Node]:
+    """Return the first operations that samples outside the domain leave without a value.
 
     Operations that have a value everywhere come last: they can only fail by the size of the number.
     """
     nodes = problem.graph.nodes
     values, _ = reference_outputs(
-        Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), sample
+        Graph(nodes, {str(index): Value(index) for index in range(len(nodes))}), samples
     )
-    for index in sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial):
-        if np.isnan(values[str(index)]).any():
-            return nodes[index]
-    raise AssertionError("no operation is undefined")
+    order = sorted(range(len(nodes)), key=lambda i: not nodes[i].definition.partial)
+    lacking = np.array([np.isnan(values[str(index)]) for index in order])
+    assert lacking.any(axis=0).all(), "no operation is undefined"
+    return {nodes[order[first]] for first in lacking.argmax(axis=0).tolist()}
 
 
-def _check_hyperbolic_case(problem: Problem, source: Source, samples: Mapping[str, np.ndarray]) -> None:
+def _check_hyperbolic_case(problem: Problem, source: Source, samples: Samples) -> None:
     """Refuse a hyperbolic `solve` without a branch where a sample has two solutions, |B| > |A|."""
     for node in problem.graph.nodes:
         if node.op != "solve" or node.params != (-1, "none"):

@@ -7,18 +7,22 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
 from cordicc.base.files import read_bytes
 from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import names, parse_expression
-from cordicc.frontend.assumptions import Assumptions, check_on_box, check_on_samples, read_assumptions
+from cordicc.frontend.assumptions import check_on_box, check_on_samples, read_assumptions
+from cordicc.frontend.checks import CheckReader, WrittenChecks, delivered_ranges, parse_checks
 from cordicc.frontend.document.yamltree import MAX_BYTES, NodeKind, Places, YamlNode, read_tree
+from cordicc.frontend.input_units import InputUnits, shown
 from cordicc.frontend.outputs import OutputReader
-from cordicc.frontend.physical_units import in_degrees
 from cordicc.frontend.plain.alternatives import ALL, with_alternatives
+from cordicc.frontend.plain.context import EquationContext
 from cordicc.frontend.plain.define import SPLIT, Defined, define_equations
+from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.read_items import parse_equations
 from cordicc.frontend.reading import (
     check_keys,
@@ -31,14 +35,18 @@ from cordicc.frontend.reading import (
 from cordicc.frontend.samples import read_samples
 from cordicc.frontend.scope import MAX_ERRORS, LimitedBuilder, Scope, TooManyError
 from cordicc.frontend.solving.zero import ZeroTest
-from cordicc.ir.graph import Graph
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.problem import InputSpec, OutputSpec, Problem, SampleTable
 from cordicc.plan.plain_data import FORMAT
 
-KEYS = ("name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches")
+KEYS = (
+    "name", "description", "constants", "inputs", "equations", "outputs", "samples", "assume", "branches",
+    "checks",
+)  # fmt: skip
 MAX_DESCRIPTION = 10_000
-_DEGREES = ("deg", "degs", "degree", "degrees", "°")
-_PLAIN = re.compile(r"[-+]?[0-9.]+")
+NO_STATE = (
+    "; there is no state: one sample knows nothing of the one before, feed in as an input what is kept of it"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +136,7 @@ class _Loader:
         self.inputs: list[InputSpec] = []
         self.all_branches = False
         self.input_spans: dict[str, Span] = {}
-        self.unlabelled: set[str] = set()  # inputs whose ranges are numbers without a hint at their unit
+        self.units = InputUnits(report)
 
     def full(self) -> bool:
         return self.report.errors >= MAX_ERRORS
@@ -154,18 +162,21 @@ class _Loader:
         self.read_constants(parts.get("constants"), parts.get("inputs"))
         self.read_inputs(parts.get("inputs"), root)
         ranges = {spec.name: (float(spec.lo), float(spec.hi)) for spec in self.inputs}
-        defined = self.read_equations(parts.get("equations"), root, ranges)
+        defined, parsed, written = self.read_equations(parts, root, ranges)
         reader = OutputReader(self.scope, self.places, defined)
         outputs, values = reader.read(parts.get("outputs"))
-        samples, assumptions = self.read_facts(parts, defined)
+        samples, facts = self.read_facts(parts, defined)
+        program = self.scope.builder.build(values)
+        delivered = {spec.name: spec for spec in outputs}
+        of_both = partial(delivered_ranges, outputs, program, ranges)
+        checks = CheckReader(self.scope, parsed, frozenset(ranges), delivered, of_both).read(written)
         if self.report.failed:
             return None
-        self.warn_unused(defined, outputs, assumptions)
-        program = self.scope.builder.build(values)
-        self.warn_turns(program)
+        self.warn_unused(defined, outputs, checks.uses)
+        self.units.finish(root, program, self.inputs, self.input_spans)
         return Problem(
             name, about.strip(), self.constants, tuple(self.inputs), tuple(defined.equations), outputs,
-            program, samples, assumptions.items, assumptions.graph,
+            program, samples, facts, checks.checks, checks.graph,
         )  # fmt: skip
 
     def read_name(self, node: YamlNode | None) -> str:
@@ -192,9 +203,7 @@ class _Loader:
                 return
             if not check_name(key, self.scope):
                 continue
-            number = read_constant(
-                value, f"the constant '{key.value}'", self.scope, self.places, key.value, units=True
-            )
+            number = read_constant(value, f"the constant '{key.value}'", self.scope, self.places, key.value)
             self.scope.later.pop(key.value, None)
             constant = None if number is None else self.scope.builder.const(number)
             self.scope.define(key.value, constant, key.span.line)
@@ -241,49 +250,41 @@ class _Loader:
             self.report.error("E211", message, span_node.span, "every input needs a closed range")
             return None
         lo, hi = (
-            read_constant(item, f"an end of the range of '{name}'", self.scope, self.places, units=True)
+            read_constant(item, f"an end of the range of '{name}'", self.scope, self.places)
             for item in span_node.items
         )
         if lo is None or hi is None:
             return None
+        scale = self.units.scale(name, None if unit is None else unit_node, span_node.items, (lo, hi))
         if lo > hi:
-            message = f"the range of '{name}' is empty: {_shown(lo)} > {_shown(hi)}"
+            message = f"the range of '{name}' is empty: {shown(lo)} > {shown(hi)}"
             self.report.error("E211", message, span_node.span)
             return None
-        if unit is None and all(_PLAIN.fullmatch(item.value.strip()) for item in span_node.items):
-            self.unlabelled.add(name)
-        if unit_node is not None and unit is not None and unit.strip().lower() in _DEGREES:
-            self.warn_degrees(name, unit_node, span_node)
-        return InputSpec(name, lo, hi, unit)
-
-    def warn_degrees(self, name: str, unit: YamlNode, ends: YamlNode) -> None:
-        written = [" ".join(item.value.split()) for item in ends.items]
-        if any("deg" in text or "pi" in text for text in written):
-            hint = "the range is in radians: write 'unit: rad'"
-        else:
-            low, high = (f"{text}*deg" if _PLAIN.fullmatch(text) else f"({text})*deg" for text in written)
-            hint = f"write the range as [{low}, {high}]"
-        message = f"units are labels only: '{name}' is in radians, as are all angles"
-        self.report.warning("W106", message, unit.span, hint)
+        return InputSpec(name, lo, hi, unit, scale)
 
     def read_equations(
-        self, node: YamlNode | None, root: YamlNode, ranges: Mapping[str, tuple[float, float]]
-    ) -> Defined:
+        self, parts: Mapping[str, YamlNode], root: YamlNode, ranges: Mapping[str, tuple[float, float]]
+    ) -> tuple[Defined, list[ParsedEquation], WrittenChecks]:
+        """Return what the equations define, and them and the checks with a branch chosen for each."""
+        node = parts.get("equations")
         if node is None:
             self.report.error("E208", "'equations' is missing", root.span)
-            return Defined()
+            return Defined(), [], WrittenChecks()
         all_ranges = {name: ranges.get(name, (0.0, 1.0)) for name in self.scope.lines}
         self.scope.unknown = "define it above, or list it under 'inputs' with its range, or under 'constants'"
-        written = parse_equations(node, self.places, self.scope, self.all_branches)
-        parsed, variants = with_alternatives(written, self.report)
+        self.scope.no_state = NO_STATE
+        context = EquationContext(self.scope, self.places, all_branches=self.all_branches)
+        written = parse_equations(node, context)
+        checks = parse_checks(parts.get("checks"), context)
+        parsed, variants = with_alternatives([*written, *checks.equations], self.report)
         zeros = ZeroTest(self.scope.builder, all_ranges)
-        defined = define_equations(parsed, self.scope, zeros, variants)
+        defined = define_equations([e for e in parsed if not e.of_check], self.scope, zeros, variants)
         for name in dict.fromkeys(zeros.given_up.values()):
             message = f"a coefficient in '{name}' seems to be 0, but is too large for a proof: it is computed"
             hint = "simplify the equation by hand if the coefficient cancels"
             self.report.warning("W107", message, defined.spans.get(name), hint)
-        self.scope.unknown = None
-        return defined
+        self.scope.unknown, self.scope.no_state = None, ""
+        return defined, parsed, checks
 
     def read_branches(self, node: YamlNode | None) -> bool:
         """Return whether every solve is wanted with both branches."""
@@ -296,13 +297,13 @@ class _Loader:
 
     def read_facts(
         self, parts: Mapping[str, YamlNode], defined: Defined
-    ) -> tuple[SampleTable | None, Assumptions]:
+    ) -> tuple[SampleTable | None, InputFacts]:
         """Return the samples and the assumptions, checked against one another."""
         samples = None
         if (node := parts.get("samples")) is not None:
             samples = read_samples(node, self.base, self.inputs, self.report)
         if (node := parts.get("assume")) is None or node.is_null:
-            return samples, Assumptions((), Graph((), {}))
+            return samples, InputFacts()
         scope = Scope(LimitedBuilder(), self.report)
         made = [*defined.uses, *defined.labels.values()]
         scope.outside = dict.fromkeys(made, "defined by an equation")
@@ -312,27 +313,17 @@ class _Loader:
             failed = number is None and self.scope.values[name] is None
             value = scope.builder.input(name) if number is None else scope.builder.const(number)
             scope.define(name, None if failed else value, self.scope.lines[name])
-        assumptions, spans = read_assumptions(node, scope, self.places)
+        facts, spans = read_assumptions(node, scope, self.places)
         if self.report.failed:
-            return samples, assumptions
+            return samples, facts
         if samples is not None:
-            check_on_samples(assumptions, spans, samples, self.report)
+            check_on_samples(facts, spans, samples, self.report)
         else:
-            check_on_box(assumptions, spans, self.inputs, self.report)
-        return samples, assumptions
+            check_on_box(facts, spans, self.inputs, self.report)
+        return samples, facts
 
-    def warn_turns(self, program: Graph) -> None:
-        """Warn of angles whose ranges are in degrees, it seems."""
-        for spec in in_degrees(program, [s for s in self.inputs if s.name in self.unlabelled]):
-            low, high = _shown(spec.lo), _shown(spec.hi)
-            message = f"the range of '{spec.name}' goes to {high if spec.hi > -spec.lo else low} radians"
-            hint = f"if these are degrees, write [{low}*deg, {high}*deg]"
-            self.report.warning("W106", message, self.input_spans[spec.name], hint)
-
-    def warn_unused(
-        self, defined: Defined, outputs: tuple[OutputSpec, ...], assumptions: Assumptions
-    ) -> None:
-        todo = [spec.name for spec in outputs]
+    def warn_unused(self, defined: Defined, outputs: tuple[OutputSpec, ...], checked: frozenset[str]) -> None:
+        todo = [*(spec.name for spec in outputs), *sorted(checked)]
         needed = set(todo)
         while todo:
             fresh = defined.uses.get(todo.pop(), frozenset()) - needed
@@ -354,7 +345,3 @@ def _uses(node: YamlNode) -> frozenset[str]:
         return frozenset(n.name for n in names(parse_expression(node.value)))
     except ExpressionError:
         return frozenset()
-
-
-def _shown(number: Fraction) -> str:
-    return f"{float(number):.12g}"

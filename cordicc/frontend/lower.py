@@ -70,7 +70,11 @@ def _lower_one(
 ) -> Value | None:
     builder = scope.builder
     match expr:
-        case Number(number):
+        case Number(number, unit=unit):
+            if unit in scope.values:
+                hint = f"write {unit} with '*' for a product, or the number in m or rad"
+                message = f"'{unit}' after a number is a unit, and a name here"
+                raise ExpressionError("E116", message, *expr.at, hint)
             return builder.const(number)
         case Name():
             return scope.lookup(expr, text, target)

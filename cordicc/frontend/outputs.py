@@ -105,7 +105,7 @@ class OutputReader:
                     message = f"'{name}' is not an angle: 'wrap' has no effect"
                     self.report.warning("W104", message, wrap_node.span)
             if error_node is not None:
-                max_error = read_constant(error_node, "'max_error'", self.scope, self.places, units=True)
+                max_error = read_constant(error_node, "'max_error'", self.scope, self.places)
                 if max_error is not None and max_error <= 0:
                     self.report.error("E215", "'max_error' must be greater than 0", error_node.span)
         return OutputSpec(name, is_angle, is_angle and wrap, max_error)

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import parse_definition
-from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
+from cordicc.frontend.document.yamltree import NodeKind, YamlNode
 from cordicc.frontend.plain.context import TARGET, EquationContext, failed
 from cordicc.frontend.plain.plain_equation import ParsedEquation
 from cordicc.frontend.plain.vectors import Vectors, component_names, uses_vectors
 from cordicc.frontend.read_solve import parse_solve
 from cordicc.frontend.reading import NAME, check_keys, wanted
 from cordicc.frontend.robots.read_dh import parse_table
-from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
+from cordicc.frontend.scope import MAX_ERRORS, Text, nearest
 from cordicc.frontend.trees import relocated
 
 _KINDS = ("solve", "vector", "dh")
 
 
-def parse_equations(node: YamlNode, places: Places, scope: Scope, all_branches: bool) -> list[ParsedEquation]:
-    """Return the equations of the list `node`; malformed ones are reported.
-
-    `scope` has the constants, for angles that are quarter turns; `all_branches` asks for both branches
-    of every solve that has one.
-    """
-    context = EquationContext(scope, places, all_branches=all_branches)
-    report = scope.report
+def parse_equations(node: YamlNode, context: EquationContext) -> list[ParsedEquation]:
+    """Return the equations of the list `node`; malformed ones are reported."""
+    report = context.report
     if node.kind is not NodeKind.SEQUENCE:
         hint = "each equation is an item: '- y = 2*x'"
         report.error("E202", wanted("'equations'", "a list", node), node.span, hint)
@@ -38,7 +33,7 @@ def parse_equations(node: YamlNode, places: Places, scope: Scope, all_branches: 
         if item.kind is NodeKind.MAPPING:
             parsed += _parse_mapping(item, context)
         elif item.kind is NodeKind.SCALAR and not item.is_null:
-            parsed += _parse_definition(Text(item, places), context)
+            parsed += _parse_definition(Text(item, context.places), context)
         else:
             report.error("E202", wanted("an equation", "'name = expression'", item), item.span)
     return parsed

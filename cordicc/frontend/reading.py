@@ -11,7 +11,6 @@ from cordicc.expressions.lexer import MAX_NAME, ExpressionError
 from cordicc.expressions.syntax import parse_expression
 from cordicc.frontend.document.yamltree import NodeKind, Places, YamlNode
 from cordicc.frontend.lower import lower
-from cordicc.frontend.physical_units import unit_factor
 from cordicc.frontend.scope import MAX_ERRORS, Scope, Text, nearest
 from cordicc.ir.graph import Builder
 
@@ -87,20 +86,17 @@ def read_constant(
     scope: Scope,
     places: Places,
     target: str | None = None,
-    units: bool = False,
 ) -> Fraction | None:
     """Return the number of a constant expression, that of `target` if given; None after a diagnostic.
 
-    With `units`, a number may have a unit of length or angle.
+    A number that stands alone may have a unit of length or angle.
     """
     if node.kind is not NodeKind.SCALAR or node.is_null:
         scope.report.error("E202", wanted(what, "a number or constant expression", node), node.span)
         return None
     text = Text(node, places)
-    quantity = unit_factor(text, scope.report) if units else None
-    written, factor = (node.value, Fraction(1)) if quantity is None else quantity
     try:
-        expr = parse_expression(written)
+        expr = parse_expression(node.value)
     except ExpressionError as error:
         text.report(scope.report, error)
         return None
@@ -110,8 +106,7 @@ def read_constant(
     number = scope.builder.constant(value)
     if number is None:
         scope.report.error("E212", f"{what} must be constant", text.span(expr.at))
-        return None
-    return number * factor
+    return number
 
 
 def option_number(text: str, option: str) -> Fraction:

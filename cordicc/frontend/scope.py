@@ -76,7 +76,7 @@ class Scope:
     `values` maps a name to its value; a name whose definition failed is there with None, so that
     its uses are not reported.  `later` has the names that equations further down define, with the
     names each of them uses; `outside` says of names that exist but cannot be used here what they are;
-    `unknown` is the hint for names that are like no other.
+    `unknown` is the hint for names that are like no other, `no_state` what is added to that for a circle.
     """
 
     builder: Builder
@@ -86,6 +86,7 @@ class Scope:
     later: dict[str, tuple[int, frozenset[str]]] = field(default_factory=dict)
     outside: Mapping[str, str] = field(default_factory=dict)
     unknown: str | None = None
+    no_state: str = ""
     cycles_reported: set[frozenset[str]] = field(default_factory=set)
 
     def define(self, name: str, value: Value | None, line: int) -> None:
@@ -129,7 +130,9 @@ class Scope:
                 self.cycles_reported.add(members)
                 shown = " -> ".join([target, *cycle])
                 hint = "definitions take effect in their order: eliminate by hand what makes the circle"
-                self.report.error("E206", f"cyclic dependency: {shown}", text.span(name.at), hint)
+                self.report.error(
+                    "E206", f"cyclic dependency: {shown}", text.span(name.at), hint + self.no_state
+                )
             return
         line = self.later[name.name][0]
         message = f"'{name.name}' is used before it is defined (line {line})"

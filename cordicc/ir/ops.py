@@ -114,6 +114,22 @@ _TABLE = (
 
 OPS: dict[str, OpDef] = {definition.name: definition for definition in _TABLE}
 
+
+def has_border(op: str, params: Mapping[str, Any]) -> bool:
+    """Tell whether the domain of an operation of a plan includes a border that rounding may cross.
+
+    There the result is 0 or the end of reach; a pole is no such border.
+    """
+    match op:
+        case "implicit" | "lightcone":
+            return True
+        case "vector":
+            return params.get("m") == -1
+        case "guard":
+            return params.get("condition") == "nonnegative"
+    return False
+
+
 GUARD_CONDITIONS = ("any", "nonzero", "nonnegative", "positive")
 BRANCHES = ("+", "-", "none")
 

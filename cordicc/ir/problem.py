@@ -7,19 +7,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cordicc.ir.graph import Graph, Value
+from cordicc.ir.facts import Assumption, InputFacts
+from cordicc.ir.graph import Graph
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import Workspace
 
 
 @dataclass(frozen=True, slots=True)
 class InputSpec:
-    """An input and its closed range; `unit` is documentation only (angles are radians)."""
+    """An input and its closed range, in metres and radians where units are converted; `unit` is a label.
+
+    `scale` is what one of the unit is, if the file gives the range in it: then the range is shown in it.
+    """
 
     name: str
     lo: Fraction
     hi: Fraction
     unit: str | None = None
+    scale: Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,17 +64,18 @@ class SampleTable:
 
 
 @dataclass(frozen=True, slots=True)
-class Assumption:
-    """A fact about the inputs, `left relation right`, relation one of = > < >= <=.
+class Check:
+    """An expression that is 0 where the delivered outputs are perfect.
 
-    The sides are values of the problem's `assumption_graph`, not of its `graph`.
+    `max` is the largest magnitude allowed, if any; `unit` is documentation only.  One that nobody `asked`
+    for is the residual of a `solve`, left side minus right side.
     """
 
+    name: str
     text: str
-    relation: str
-    left: Value
-    right: Value
-    line: int = 0
+    unit: str | None = None
+    max: Fraction | None = None
+    asked: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +83,9 @@ class Problem:
     """The equations of a file as data.
 
     `graph` holds every input, in order of declaration, and the outputs as they are delivered:
-    an angle with `wrap` is wrapped there.  `assumption_graph` is separate so that passes over
-    `graph` need not renumber the assumptions.
+    an angle with `wrap` is wrapped there.  The `facts` have a graph of their own, so that passes over
+    `graph` need not renumber them.  `check_graph` has the checks as its outputs; its inputs are those of the
+    problem and the outputs, which stand for the words that were delivered.
     """
 
     name: str
@@ -89,8 +96,14 @@ class Problem:
     outputs: tuple[OutputSpec, ...]
     graph: Graph
     samples: SampleTable | None = None
-    assumptions: tuple[Assumption, ...] = ()
-    assumption_graph: Graph = field(default_factory=lambda: Graph((), {}))
+    facts: InputFacts = field(default_factory=InputFacts)
+    checks: tuple[Check, ...] = ()
+    check_graph: Graph = field(default_factory=lambda: Graph((), {}))
+
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Return what is assumed of the inputs."""
+        return self.facts.items
 
     @property
     def workspace(self) -> Workspace:

@@ -42,11 +42,11 @@ def draw_with_corners(workspace: Workspace, count: int) -> dict[str, Floats]:
     samples = draw(workspace, count, DEFAULT_SEED)
     if workspace.rows is not None:
         return samples
-    corners = _corners(workspace.ranges)
-    return {name: np.concatenate([column, corners[name]]) for name, column in samples.items()}
+    ends = corners(workspace.ranges)
+    return {name: np.concatenate([column, ends[name]]) for name, column in samples.items()}
 
 
-def _corners(ranges: Mapping[str, tuple[float, float]]) -> dict[str, Floats]:
+def corners(ranges: Mapping[str, tuple[float, float]]) -> dict[str, Floats]:
     """Return corners of the box of the ranges: all of up to `_CORNERS`, else as many random ones."""
     count = len(ranges)
     if 2**count <= _CORNERS:

@@ -74,7 +74,7 @@ _LINE = re.compile(
     r"%(?P<index>[0-9]{1,7})(?::[0-9])? = (?P<op>[a-z_0-9]+)(?:\[(?P<params>[^\]]*)\])?"
     r"(?:\((?P<operands>[^)]*)\))?(?: @(?P<origin>\w+))?"
 )
-_OUTPUT = re.compile(r"output (?P<name>\w+) = (?P<value>%[0-9]{1,7}(?:#[0-9])?)")
+_OUTPUT = re.compile(r"output (?P<name>[\w.]+) = (?P<value>%[0-9]{1,7}(?:#[0-9])?)")
 
 
 def parse_graph(text: str, name: str = "<graph>") -> Graph:

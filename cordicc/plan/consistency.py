@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, NumberSystem
+from cordicc.arith.numbers.slack import EXACT
 from cordicc.ir.graph import Graph, Value
-from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level
+from cordicc.ir.ops import BRANCHES, GUARD_CONDITIONS, OPS, Level, has_border
 from cordicc.ir.well_formed import verify
 from cordicc.plan.model import Operation, Plan
 
@@ -51,6 +52,14 @@ def _check(operation: Operation) -> None:
     for name, param in operation.params.items():
         if not _ALLOWED[name](param):
             raise ValueError(f"{operation.id}: {name} = {param!r} is not allowed")
+    slack = operation.slack
+    allowed = slack == EXACT or has_border(operation.op, operation.params)
+    if slack.within and operation.op != "implicit":
+        allowed = False
+    if slack.relative and operation.op not in ("implicit", "vector"):
+        allowed = False
+    if not allowed:
+        raise ValueError(f"{operation.id}: '{operation.op}' has no such slack")
 
 
 def check_programs(plan: Plan) -> None:
@@ -62,9 +71,29 @@ def check_programs(plan: Plan) -> None:
         raise ValueError("the inputs of the program differ")
     if set(program.outputs) != set(plan.outputs):
         raise ValueError("the outputs of the program differ")
+    facts = plan.problem.facts
+    if len(facts.items) != len(plan.problem.assumptions) * plan.options.copies:
+        raise ValueError("what the problem assumes is not what its facts are")
+    if facts.items:
+        verify(facts.graph)
+        if not {node.name for node in facts.graph.nodes if node.op == "input"} <= inputs:
+            raise ValueError("the facts are about other inputs")
+    if plan.problem.checks:
+        _verify_checks(plan)
     if plan.unit_program is not None:
         verify(plan.unit_program)
         _check_unit_program(plan, plan.unit_program)
+
+
+def _verify_checks(plan: Plan) -> None:
+    """Raise if the graph of the checks is not sound, or is not over the inputs and outputs of the plan."""
+    graph = plan.problem.check_program
+    verify(graph)
+    taken = {node.name for node in graph.nodes if node.op == "input"}
+    if not taken <= {*plan.problem.input_names, *plan.outputs}:
+        raise ValueError("the check program takes more than inputs and outputs")
+    if any(len(node.definition.results) > 1 for node in graph.nodes):
+        raise ValueError("the check program has operations of units")
 
 
 def _check_unit_program(plan: Plan, graph: Graph) -> None:
@@ -148,12 +177,32 @@ def check_problem(plan: Plan) -> None:
             raise ValueError(f"the errors of output '{name}' lack the largest or the rms error")
         if seen.histogram and seen.max is None:
             raise ValueError(f"the errors of output '{name}' have a histogram, but no largest or rms error")
+    _check_checks(plan)
     columns = problem.samples
     if columns is not None:
         if set(columns) != set(inputs):
             raise ValueError("the columns of the samples are not the inputs")
         if len({len(column) for column in columns.values()}) != 1:
             raise ValueError("the columns of the samples are of unequal lengths")
+
+
+def _check_checks(plan: Plan) -> None:
+    """Raise ValueError if the checks, their graph and their figures do not fit together."""
+    names = [check.name for check in plan.problem.checks]
+    _require_unique("check", names)
+    if set(names) != set(plan.problem.check_program.outputs):
+        raise ValueError("the checks of the check program differ")
+    if not set(plan.checks) <= set(names):
+        raise ValueError("the figures are of another check")
+    for name, figures in plan.checks.items():
+        seen = figures.observed
+        if not (seen.max is None) == (seen.rms is None) == (figures.worst_input is None):
+            raise ValueError(f"check '{name}' lacks the largest value, its sample or the rms")
+        if figures.worst_input is not None and set(figures.worst_input) != set(plan.problem.input_names):
+            raise ValueError(f"the worst sample of check '{name}' has other inputs")
+        limit = plan.problem.check(name).max
+        if limit is not None and seen.max is not None and seen.max > limit:
+            raise ValueError(f"check '{name}' is beyond its limit")
 
 
 def _require_unique(what: str, names: Iterable[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from cordicc.ir.facts import SIDES, InputFacts
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.plan.model import Operand, Plan
 from cordicc.plan.origin import PlanProblem
@@ -67,7 +68,7 @@ def replicated(plan: Plan, copies: int) -> Plan:
 
 
 def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
-    """Return the record of a problem with the inputs, outputs, program and samples of all copies.
+    """Return the record of a problem with the inputs, outputs, programs, samples and facts of all copies.
 
     Its equations stay as they are written, once.
     """
@@ -78,7 +79,29 @@ def _problem(problem: PlanProblem, copies: int) -> PlanProblem:
         outputs=tuple(replace(o, name=name_of(o.name, copy)) for copy in every for o in problem.outputs),
         program=copied(problem.program, copies),
         samples=None if problem.samples is None else _columns(problem.samples, copies),
+        facts=_facts(problem.facts, copies),
+        checks=tuple(replace(c, name=name_of(c.name, copy)) for copy in every for c in problem.checks),
+        check_program=copied(problem.check_program, copies),
     )
+
+
+def _facts(facts: InputFacts, copies: int) -> InputFacts:
+    """Return the facts of all copies, those of each with its number in their text."""
+    if not facts.items:
+        return facts
+    graph, count = copied(facts.graph, copies), len(facts.items)
+    sides = {
+        f"{side}{(copy - 1) * count + index}": graph.outputs[name_of(f"{side}{index}", copy)]
+        for copy in range(1, copies + 1)
+        for index in range(count)
+        for side in SIDES
+    }
+    stated = [
+        (f"{fact.text} of copy {copy}", fact.relation)
+        for copy in range(1, copies + 1)
+        for fact in facts.items
+    ]
+    return InputFacts.of(stated, Graph(graph.nodes, sides))
 
 
 def _columns(columns: Mapping[str, tuple[float, ...]], copies: int) -> dict[str, tuple[float, ...]]:

@@ -11,7 +11,8 @@ from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
 from cordicc.plan.model import Plan
-from cordicc.plan.plain_data import FORMAT, VERSION, as_dict, plan_of
+from cordicc.plan.plain_data import FORMAT, VERSION, as_dict
+from cordicc.plan.plan_from_data import plan_of
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 64
@@ -173,6 +174,12 @@ def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
             found = {each: found[each] for each in value}
         if found != value:
             raise contradiction(f"{key} is {_short(found)}, its parts say {_short(value)}", source)
+    for check in plan.problem.checks:
+        found = data.get("checks", {}).get(check.name, {"max": check.max, "unit": check.unit})
+        if (found["max"], found["unit"]) != (check.max, check.unit):
+            raise contradiction(
+                f"the limit or unit of check '{check.name}' is not that of the problem", source
+            )
 
 
 def _short(value: object) -> str:

@@ -6,13 +6,15 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from graphlib import TopologicalSorter
+from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.arith.numbers.slack import EXACT, SLACK, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
 from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
-from cordicc.plan.stated_accuracy import OutputAccuracy
+from cordicc.plan.stated_accuracy import CheckFigures, OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -52,6 +54,18 @@ class Operand:
 
 
 @dataclass(frozen=True, slots=True)
+class EndError:
+    """What is proven of an implicit angle near the end of reach, |C| = R, its rounding to a word apart.
+
+    It is off by at most `residual`, in the unit of A, B and C, over the second result sqrt(R^2 - C^2) as long
+    as that is small beside it, and by `angle_rad` at the end itself, None if that has no bound.
+    """
+
+    residual: float
+    angle_rad: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Operation:
     """One operation in its time slot.
 
@@ -75,6 +89,8 @@ class Operation:
     results: tuple[str | None, ...]
     equation: str
     derivation: tuple[str, ...] = ()
+    slack: Slack = EXACT
+    end_error: EndError | None = None
 
     @property
     def m(self) -> int | None:
@@ -82,6 +98,11 @@ class Operation:
         m = self.params.get("m")
         assert m is None or isinstance(m, int)
         return m
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Return what the unit is told: the parameters, and as `slack` the slack if there is one."""
+        return self.params if self.slack == EXACT else {**self.params, SLACK: self.slack}
 
     @property
     def angle(self) -> int | None:
@@ -113,12 +134,16 @@ class Fifo:
 class Selection:
     """How the operations were chosen: whether alternatives were searched, and proven the cheapest of them.
 
-    `facts` are the assumptions of the problem, as written there, on which the choice rests.
+    `facts` are the assumptions of the problem, as written there, on which the choice rests; `left_out` what
+    was not among the alternatives for its size, its work or the target, in words; `turned_down` are the
+    checks for which cheaper operations were turned down.
     """
 
     searched: bool = False
     proven: bool = False
     facts: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    turned_down: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +164,8 @@ class Plan:
     Times are in clock cycles, counted from the one in which the inputs are accepted.  `outputs` are what
     each output takes.  Of the figures `processors`, `latency` and `fifo_words`, `optimal` tells which are
     proven to be the least under the options, `bounds` what each is at the least.  `accuracy` is by output,
-    empty for a plan that was not run.  `unit_program` is the graph of the operations with exact constants,
-    from which error bounds are derived.
+    `checks` by check, both empty for a plan that was not run.  `unit_program` is the graph of the
+    operations with exact constants, from which error bounds are derived.
     """
 
     problem: PlanProblem
@@ -159,6 +184,7 @@ class Plan:
     formats: Formats = field(default_factory=Formats)
     selection: Selection = field(default_factory=Selection)
     unit_program: Graph | None = None
+    checks: Mapping[str, CheckFigures] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -7,20 +7,31 @@ from dataclasses import asdict, dataclass, field
 
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.base.diagnostics import Diagnostic
+from cordicc.ir.facts import InputFacts
 from cordicc.ir.graph import Graph
-from cordicc.ir.problem import Problem
+from cordicc.ir.problem import InputSpec, Problem
 from cordicc.ir.sampling import Workspace
 from cordicc.targets.target import Target
 
 
 @dataclass(frozen=True, slots=True)
 class PlanInput:
-    """An input and its closed range, as doubles; `unit` is a label."""
+    """An input and its closed range, as doubles; `unit` is a label.
+
+    `scale` is what one of the unit is in the numbers of samples, None where nothing is converted.
+    """
 
     name: str
     lo: float
     hi: float
     unit: str | None = None
+    scale: float | None = None
+
+    @classmethod
+    def of(cls, spec: InputSpec) -> PlanInput:
+        """Return the record of an input."""
+        scale = None if spec.scale is None else float(spec.scale)
+        return cls(spec.name, float(spec.lo), float(spec.hi), spec.unit, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +53,27 @@ class PlanOutput:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanCheck:
+    """A check as written, its unit, a label, and the largest magnitude that is allowed.
+
+    One that nobody `asked` for is the residual of a `solve`.
+    """
+
+    name: str
+    text: str
+    unit: str | None = None
+    max: float | None = None
+    asked: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class PlanProblem:
     """The problem as its plan records it.
 
     `program` is the graph of the equations as written, `samples` the columns of the problem's own samples
-    by input, `warnings` what was told of the problem and of the plan, each with its code.
+    by input, `warnings` what was told of the problem and of the plan, each with its code.  `assumptions` are
+    as written, `facts` the same so that samples can be tested for them, of every copy.  `check_program` is
+    the graph of the checks over the inputs and the delivered outputs.
     """
 
     name: str
@@ -59,6 +86,9 @@ class PlanProblem:
     assumptions: tuple[str, ...] = ()
     samples: Mapping[str, tuple[float, ...]] | None = None
     warnings: tuple[str, ...] = ()
+    facts: InputFacts = field(default_factory=InputFacts)
+    checks: tuple[PlanCheck, ...] = ()
+    check_program: Graph = field(default_factory=lambda: Graph((), {}))
 
     @classmethod
     def of(cls, problem: Problem, warnings: Sequence[Diagnostic]) -> PlanProblem:
@@ -67,7 +97,7 @@ class PlanProblem:
             name=problem.name,
             program=problem.graph,
             description=problem.description,
-            inputs=tuple(PlanInput(i.name, float(i.lo), float(i.hi), i.unit) for i in problem.inputs),
+            inputs=tuple(map(PlanInput.of, problem.inputs)),
             constants={name: float(value) for name, value in problem.constants.items()},
             equations=tuple(PlanEquation(e.target, e.text) for e in problem.equations),
             outputs=tuple(
@@ -77,6 +107,12 @@ class PlanProblem:
             assumptions=tuple(fact.text for fact in problem.assumptions),
             samples=None if problem.samples is None else dict(problem.samples.columns),
             warnings=tuple(map(told, warnings)),
+            facts=problem.facts,
+            checks=tuple(
+                PlanCheck(c.name, c.text, c.unit, None if c.max is None else float(c.max), c.asked)
+                for c in problem.checks
+            ),
+            check_program=problem.check_graph,
         )
 
     @property
@@ -88,6 +124,10 @@ class PlanProblem:
     def angles(self) -> dict[str, bool]:
         """Return, by output, whether it is an angle."""
         return {output.name: output.is_angle for output in self.outputs}
+
+    def check(self, name: str) -> PlanCheck:
+        """Return the check of that name; raises KeyError."""
+        return {check.name: check for check in self.checks}[name]
 
     @property
     def workspace(self) -> Workspace:

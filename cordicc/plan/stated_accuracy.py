@@ -49,9 +49,46 @@ class SeenErrors:
 
 
 @dataclass(frozen=True, slots=True)
+class AccuracyEnd:
+    """Where an output may be wrong by more than `error`: where a denominator is below a size.
+
+    `equation` says in words which equations divide by it, `denominator` is its name if it has one, else
+    empty; constant factors are left out of it.  The largest error seen there is `worst`, at the inputs `at`.
+    """
+
+    equation: str
+    denominator: str
+    below: float
+    error: float
+    worst: float
+    at: Mapping[str, float]
+
+    @property
+    def size(self) -> str:
+        """The size of the denominator in words."""
+        return f"|{self.denominator}|" if self.denominator else "the denominator"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckFigures:
+    """What a check showed on the default samples: how far it is from 0, in its own unit.
+
+    `undefined` valid samples have no value in it; `worst_input` is the sample of the largest, by input.
+    """
+
+    observed: SeenErrors
+    undefined: int = 0
+    worst_input: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class OutputAccuracy:
-    """The accuracy of an output; `bound_reason` says why there is no bound where one was asked for."""
+    """The accuracy of an output; `bound_reason` says why there is no bound where one was asked for.
+
+    `ends` are where it was seen to end, near zeros of denominators.
+    """
 
     observed: SeenErrors
     bound: StatedBound | None = None
     bound_reason: str = ""
+    ends: tuple[AccuracyEnd, ...] = ()

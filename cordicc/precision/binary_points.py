@@ -9,11 +9,13 @@ format follows what was reached, and a warning says so (a sample beyond is marke
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from cordicc.arith.numbers.decimals import nearest_double
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.base.diagnostics import Diagnostic, Severity, Source, Unattainable
@@ -40,6 +42,9 @@ _LOOSE_BITS = 6
 _UNPROVEN_HEADROOM = 4.0
 _HOPELESS = 2.0**20
 """An unbounded value that is seen to grow to this multiple of its median has no useful format."""
+
+_LAST_OCTAVE = sys.float_info.max_exp - 1
+"""Of doubles: a value beyond 2^1023 has no format anyway."""
 
 _CLIMBERS = 16
 _CLIMBS = 96
@@ -85,7 +90,7 @@ def magnitudes(problem: Problem, source: Source, graph: Graph) -> Magnitudes:
                 refreshed(graph, graph.downstream(value.node), enclosures)
         found[value] = bound * _HEADROOM
     outputs = {
-        name: abs(float(number)) if (number := graph.constant(value)) is not None else found[value]
+        name: abs(nearest_double(number)) if (number := graph.constant(value)) is not None else found[value]
         for name, value in graph.outputs.items()
     }
     return Magnitudes(found, outputs, tuple(dict.fromkeys(warnings)))
@@ -144,7 +149,7 @@ def _resolved(graph: Graph, value: Value, found: Magnitudes) -> float:
 
     def size(operand: Value) -> float:
         number = graph.constant(operand)
-        return abs(float(number)) if number is not None else found.values.get(operand, 0.0)
+        return abs(nearest_double(number)) if number is not None else found.values.get(operand, 0.0)
 
     angle = value.result == node.definition.angle
     match node.op:
@@ -175,7 +180,8 @@ def _goals(
     goals = {}
     for value, column in seen.items():
         reached = float(np.max(column, initial=0.0))
-        most = math.ldexp(1.0, math.frexp(reached)[1] + (value not in leaving)) if reached else 0.0
+        octave = min(math.frexp(reached)[1] + (value not in leaving), _LAST_OCTAVE)
+        most = math.ldexp(1.0, octave) if reached else 0.0
         divides = value in divisors
         least = float(np.min(column, initial=math.inf)) / 2 if divides else 0.0
         goals[value] = Tightness(most, signs[value] if divides else 0, least)

@@ -28,6 +28,7 @@ def plan_with_formats(
     target_with: TargetWith,
     recorded: PlanOptions,
     bounds_of: BoundsOf,
+    with_borders: Callable[[Plan], Plan],
 ) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the operations of a plan, not placed yet; on fixed point with a binary point for every value.
 
@@ -38,6 +39,7 @@ def plan_with_formats(
         target_with: the same target with guard bits, where it leaves them open.
         recorded: what the plan records of the options.
         bounds_of: proves bounds of a plan; called where the problem allows an error.
+        with_borders: gives operations what follows from the formats at the border of their domain.
 
     Returns:
         The plan and all warnings so far.
@@ -64,13 +66,17 @@ def plan_with_formats(
             options=recorded,
             formats=specs,
             steps=choice.steps,
-            selection=Selection(choice.searched, choice.proven, choice.facts),
+            selection=Selection(
+                choice.searched, choice.proven, choice.facts, choice.left_out, choice.turned_down
+            ),
         )
 
     if not isinstance(words, FixedSystem) or not target.guard_is_open:
-        return checked(plan_for(target), bounds_of), warnings
+        return checked(with_borders(plan_for(target)), bounds_of), warnings
     # As many guard bits as the accuracy needs, and wider words if the problem allows less error than that.
     most = most_guard_bits(words.width_bits)
     plan = fewest_guard_bits(record, most, lambda guard: plan_for(target_with(guard, None)))
-    plan = widened(plan, lambda width, guard: plan_for(target_with(guard, width)), bounds_of)
+    plan = widened(
+        with_borders(plan), lambda width, guard: with_borders(plan_for(target_with(guard, width))), bounds_of
+    )
     return plan, warnings

@@ -12,7 +12,7 @@ from cordicc.emulate import accuracy, functional
 from cordicc.emulate.observation import exact
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.sampling import DEFAULT_SEED, draw
-from cordicc.ir.small_values import roots_of, towards_zero
+from cordicc.ir.towards_zero import roots_of, towards_zero
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
 
@@ -43,7 +43,7 @@ def fewest_guard_bits(problem: PlanProblem, most: int, plan_with: Callable[[int]
     if not angles:
         return plan_with(0)
     widest = plan_with(most)
-    drawn = draw(problem.workspace, _SAMPLES, DEFAULT_SEED)
+    drawn = problem.facts.among(draw(problem.workspace, _SAMPLES, DEFAULT_SEED))
     judges = [
         _Judge(problem, angles, inputs, gain, widest)
         for inputs, gain in ((drawn, _GAIN), (_small_roots(problem, widest, drawn), _SMALL_GAIN))
@@ -62,7 +62,9 @@ def _small_roots(problem: PlanProblem, plan: Plan, drawn: Mapping[str, Floats]) 
     if graph is None or workspace.rows is not None:
         return {name: np.zeros(0) for name in drawn}
     ranges = {name: Interval(lo, hi) for name, (lo, hi) in workspace.ranges.items()}
-    return towards_zero(graph, roots_of(graph), ranges, drawn)
+    found = towards_zero(graph, roots_of(graph), ranges, drawn)
+    kept = problem.facts.kept(found)
+    return {name: column[kept] for name, column in found.items()}
 
 
 class _Judge:

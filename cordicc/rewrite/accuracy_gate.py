@@ -1,16 +1,19 @@
-"""Whether a realisation is as accurate as another one: how far rounding moves the outputs at samples."""
+"""Whether a realisation is as accurate as another one: how far rounding moves outputs and checks."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Graph, Node, Value
 from cordicc.ir.meaning.doubles import Results, all_results
-from cordicc.ir.meaning.roundings import SINGLE, Words, errors
+from cordicc.ir.meaning.roundings import SINGLE, Words
+from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem
+from cordicc.rewrite.disturbances import Disturbances
 
 _TRIES = 12
 """How often each sample is rounded."""
@@ -21,130 +24,215 @@ _WORSE = 8.0
 _USUAL = 4.0
 """How much it may move anywhere, of what is usual for the output."""
 
-_FAR = 2.0**500
-"""Stands for an infinite distance, as its square is a number."""
-
 _FIT = 1.5
 """On fixed point, how much more it may move an output than that of inputs and outputs alone does."""
 
+_FAR = 16.0
+"""How much it moves a check too far, of what is usual and of what words that are rounded do at the sample."""
+
+
+@dataclass(frozen=True, slots=True)
+class RoundingEffect:
+    """What rounding does to the outputs and checks of a realisation.
+
+    Attributes:
+        ratios: by name how far each sample is moved, compared with what is allowed.
+        inaccurate: the name and the sample that are moved most, of those that are moved too far; None if
+            none is.
+        far: a check and a sample that are moved far: much further than is usual, and than rounded words
+            alone would.  What is allowed may be as much: then only another way to the outputs does better.
+    """
+
+    ratios: Mapping[str, Floats]
+    inaccurate: tuple[str, int] | None
+    far: tuple[str, int] | None
+
 
 class AccuracyGate:
-    """Judges realisations by how far rounding of every operation moves the outputs at samples.
+    """Judges realisations by how far rounding of every operation moves the outputs and checks at samples.
 
     Numbers with exponents are accurate enough in the realisation of the passes, and others are compared
     with it.  On fixed point that need not be so: what rounding of the inputs and outputs alone does, to which
-    words have no alternative, is the measure there.
+    words have no alternative, is the measure for outputs there.  What is said of an output here holds for a
+    check too, which depends on the outputs and the exact inputs, but for its measure: that is always the
+    realisation of the passes.
     """
 
     def __init__(
-        self, problem: Problem, graph: Graph, points: Mapping[str, Floats], words: Words = SINGLE
+        self,
+        problem: Problem,
+        graph: Graph,
+        points: Mapping[str, Floats],
+        hard: Mapping[str, Floats] | None = None,
+        words: Words = SINGLE,
+        coarsest: Words = SINGLE,
     ) -> None:
         """Judge by a realisation.
 
         Args:
-            problem: the problem, for which outputs are angles.
+            problem: the problem, for its checks, and for which outputs are angles.
             graph: the realisation.
             points: an array of shape (n,) for each input.
-            words: how numbers are rounded.
+            hard: the same of further points, at which outputs may move as they like: checks alone are judged.
+            words: how numbers are rounded at the least, by which outputs are judged.
+            coarsest: how they are rounded at the most, by which checks are judged.
         """
+        easy = len(next(iter(points.values()), ()))
+        if hard is not None:
+            points = {name: np.concatenate([column, hard[name]]) for name, column in points.items()}
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
-        self._points, self._words = points, words
-        self._allowed = {}
-        results = all_results(graph, points)
-        steps = _steps(graph, results, words)
-        moved = self._moved(graph, inputs_alone=words.fixed)
-        for name, value in graph.outputs.items():
-            if words.fixed:
-                last = words.rounding * words.outside * float(np.max(steps[value.node][value.result]))
-                least = np.hypot(moved[name], last)
-                self._allowed[name] = _FIT * np.maximum(least, np.median(least))
-            else:
-                largest = float(np.max(np.abs(results[value.node][value.result])))
-                usual = max(float(np.median(moved[name])), words.rounding * largest)
-                self._allowed[name] = np.maximum(_WORSE * moved[name], _USUAL * usual)
+        self._checks = problem.check_graph
+        self._points, self._words, self._coarsest = points, words, coarsest
+        self._allowed, self._near = {}, {}
+        values = all_results(graph, points)
+        exact = self._results(graph, values, points)
+        alone = self._of_words({name: exact[name] for name in graph.outputs})
+        moved = self._moved(graph)
+        for name, own in moved.items():
+            least = np.nan_to_num(alone[name])
+            usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
+            self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
+            if name in self._checks.outputs:
+                self._near[name] = _FAR * np.maximum(least, usual)
+        if words.fixed:
+            disturbances = Disturbances(words, graph, values)
+            given = self._moved_by(graph, words, inputs_alone=True)
+            for name, value in graph.outputs.items():
+                least = np.hypot(given[name], words.outside * disturbances.step(value.node, value.result))
+                self._allowed[name] = _FIT * np.maximum(least, np.median(least[:easy]))
+        for name in graph.outputs:
+            self._allowed[name][easy:] = np.inf
 
-    def less_accurate(self, graph: Graph) -> tuple[str, int] | None:
-        """Return an output and a sample that rounding moves too far in a graph, None if there is none.
-
-        Of all outputs and samples those that are moved most, compared with what is allowed.
-        """
-        return worst_of(self.ratios(graph))
-
-    def ratios(self, graph: Graph) -> dict[str, Floats]:
-        """Return by output how far rounding moves each sample in a graph, compared with what is allowed."""
-        found = {}
-        for name, moved in self._moved(graph).items():
-            allowed = self._allowed[name]
-            found[name] = np.divide(moved, allowed, out=np.where(moved > 0, np.inf, 0.0), where=allowed > 0)
-        return found
+    def judged(self, graph: Graph) -> RoundingEffect:
+        """Return how far rounding moves outputs and checks of a graph."""
+        moved = self._moved(graph)
+        ratios = _ratios(moved, self._allowed)
+        return RoundingEffect(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)))
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
-        results = sorted(among)
-        columns = {value: column for column, value in enumerate(results)}
-        steps = _steps(graph, all_results(graph, self._points), self._words)
+        results, moved = self._each_moves(graph, output, sample, among)
+        if not results or not np.max(moved) > 0:
+            return None
+        if output in self._checks.outputs:
+            # What a check tells of is how an angle is taken, and not how the numbers for it are written.
+            units = np.array([graph.node(value).definition.level is Level.UNIT for value in results])
+            if np.max(moved, where=units, initial=0.0) > np.max(moved) / _WORSE:
+                moved = np.where(units, moved, 0.0)
+        return results[int(np.argmax(moved))]
+
+    def movers(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> list[Value]:
+        """Return the results of units, of some, whose rounding moves an output far, the farthest first."""
+        units = [value for value in among if graph.node(value).definition.level is Level.UNIT]
+        results, moved = self._each_moves(graph, output, sample, units)
+        order = np.argsort(-moved, kind="stable")
+        return [results[at] for at in order if moved[at] > 0 and moved[at] >= moved[order[0]] / _WORSE]
+
+    def _each_moves(
+        self, graph: Graph, output: str, sample: int, among: Collection[Value]
+    ) -> tuple[list[Value], Floats]:
+        """Return results, of some those that are used, and how far each moves an output at a sample."""
+        wanted = sorted(graph.used_results().intersection(among))
+        words = self._coarsest if output in self._checks.outputs else self._words
+        disturbances = Disturbances(words, graph, all_results(graph, self._points))
+        columns = {value: column for column, value in enumerate(wanted)}
         numbers = iter(range(len(graph.nodes)))
 
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
             index = next(numbers)
-            own = _own_errors(node, operands, made, steps[index] if self._words.fixed else None)
-            moved = []
-            for r, (x, size) in enumerate(zip(made, own, strict=True)):
-                step = np.zeros_like(x)
+            outside = [np.zeros_like(x) for x in made]
+            inside = np.zeros_like(made[0])
+            for r, step in enumerate(outside):
                 column = columns.get(Value(index, r))
                 if column is not None:
-                    step[column] = self._words.rounding * np.broadcast_to(size, x.shape)[column]
-                moved.append(x + step)
-            return tuple(moved)
+                    # The residual of an equation moves its angle much further than rounding does.
+                    (inside if node.op == "implicit" else step)[column] = 1.0
+            return disturbances.disturbed(index, node, operands, made, inside, outside)
 
         # One column for each result, in which it alone is moved, and one in which none is.
-        inputs = {name: np.full(len(results) + 1, column[sample]) for name, column in self._points.items()}
-        found = _outputs(graph, all_results(graph, inputs, rounded))[output]
-        moved = np.nan_to_num(self._distance(output, found[:-1], found[-1]))
-        return results[int(np.argmax(moved))] if results and np.max(moved) > 0 else None
+        inputs = {name: np.full(len(wanted) + 1, column[sample]) for name, column in self._points.items()}
+        found = self._results(graph, all_results(graph, inputs, rounded), inputs)[output]
+        return wanted, np.nan_to_num(self._distance(output, found[:-1], found[-1]))
 
-    def _moved(self, graph: Graph, *, inputs_alone: bool = False) -> dict[str, Floats]:
-        """Return how far rounding moves each output, as a mean square.
+    def _results(
+        self, graph: Graph, values: Sequence[Results], inputs: Mapping[str, Floats]
+    ) -> dict[str, Floats]:
+        """Return the outputs of a graph whose nodes have some results, and the checks."""
+        outputs = {name: values[v.node][v.result] for name, v in graph.outputs.items()}
+        return outputs | self._checked({**inputs, **outputs})
+
+    def _checked(self, words: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return the checks, given inputs and outputs."""
+        found = all_results(self._checks, words)
+        return {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+
+    def _of_words(self, outputs: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return how far outputs and checks move because words are rounded, whatever makes them."""
+        rounding = self._coarsest.rounding * self._coarsest.outside
+        sizes = {name: np.full_like(x, rounding * np.max(np.abs(x))) for name, x in outputs.items()}
+        steps = sizes | {name: rounding * np.abs(column) for name, column in self._points.items()}
+        words = {**self._points, **outputs}
+        exact = self._checked(words)
+        squares = {name: np.zeros_like(value) for name, value in exact.items()}
+        for name, step in steps.items() if exact else ():
+            for check, value in self._checked(words | {name: words[name] + step}).items():
+                squares[check] += (value - exact[check]) ** 2
+        return sizes | {name: np.sqrt(square) for name, square in squares.items()}
+
+    def _moved(self, graph: Graph) -> dict[str, Floats]:
+        """Return how far rounding moves each output and check, as a mean square."""
+        moved = self._moved_by(graph, self._words)
+        if self._coarsest != self._words and self._checks.outputs:
+            coarsely = self._moved_by(graph, self._coarsest)
+            moved |= {name: coarsely[name] for name in self._checks.outputs}
+        return moved
+
+    def _moved_by(self, graph: Graph, words: Words, *, inputs_alone: bool = False) -> dict[str, Floats]:
+        """Return how far rounding to some words moves each output and check.
 
         Units err as they do: those that turn vectors by the vector's length, angles absolutely.
         """
         generator = np.random.Generator(np.random.PCG64(11))
-        rounding = self._words.rounding
         # Against its own exact values: whether they are those of the problem is not judged by samples.
-        results = all_results(graph, self._points)
-        exact = _outputs(graph, results)
-        steps = _steps(graph, results, self._words) if self._words.fixed else None
+        values = all_results(graph, self._points)
+        exact = self._results(graph, values, self._points)
+        disturbances = Disturbances(words, graph, values)
         numbers = iter(range(len(graph.nodes)))
 
         def rounded(node: Node, operands: Sequence[Floats], made: Results) -> Results:
             index = next(numbers)
             if inputs_alone and node.op != "input":
                 return made
-            own = _own_errors(node, operands, made, None if steps is None else steps[index])
-            return tuple(
-                x + size * generator.uniform(-rounding, rounding, x.shape)
-                for x, size in zip(made, own, strict=True)
-            )
+            inside = generator.uniform(-1, 1, made[0].shape) if node.op == "implicit" else made[0]
+            outside = [generator.uniform(-1, 1, x.shape) for x in made]
+            return disturbances.disturbed(index, node, operands, made, inside, outside)
 
         # All tries at once: each sample stands in the columns as often as it is tried.
         points = {name: np.tile(column, _TRIES) for name, column in self._points.items()}
         moved = {}
-        for name, column in _outputs(graph, all_results(graph, points, rounded)).items():
+        for name, column in self._results(graph, all_results(graph, points, rounded), points).items():
             distance = self._distance(name, column.reshape(_TRIES, -1), exact[name])
             # A sample that rounding takes out of the domain lies at its edge and tells nothing.
-            moved[name] = np.sqrt(np.mean(np.minimum(np.nan_to_num(distance), _FAR) ** 2, axis=0))
+            moved[name] = root_mean_square(np.nan_to_num(distance))
         return moved
 
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
         """Return how far values of an output are from exact ones, angles modulo 2 pi."""
         difference = np.abs(found - exact)
-        return (
-            np.minimum(difference, np.abs(difference - 2 * np.pi)) if self._is_angle[output] else difference
-        )
+        angle = self._is_angle.get(output, False)
+        return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference
 
 
-def worst_of(ratios: Mapping[str, Floats]) -> tuple[str, int] | None:
-    """Return the output and the sample whose ratio is largest, None if none is above 1."""
+def _ratios(moved: Mapping[str, Floats], allowed: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return by name how far each sample is moved, compared with what is allowed."""
+    return {
+        name: np.divide(moved[name], limit, out=np.where(moved[name] > 0, np.inf, 0.0), where=limit > 0)
+        for name, limit in allowed.items()
+    }
+
+
+def _farthest(ratios: Mapping[str, Floats]) -> tuple[str, int] | None:
+    """Return the name and the sample whose ratio is largest, None if none is above 1."""
     worst, found = 1.0, None
     for name, column in ratios.items():
         sample = int(np.argmax(column))
@@ -153,24 +241,8 @@ def worst_of(ratios: Mapping[str, Floats]) -> tuple[str, int] | None:
     return found
 
 
-def _outputs(graph: Graph, values: Sequence[Results]) -> dict[str, Floats]:
-    return {name: values[v.node][v.result] for name, v in graph.outputs.items()}
-
-
-def _steps(graph: Graph, results: Sequence[Results], words: Words) -> list[Results]:
-    """Return how far each result of each node is rounded, given all of them on all samples."""
-    return [words.steps(node, made) for node, made in zip(graph.nodes, results, strict=True)]
-
-
-def _own_errors(node: Node, operands: Sequence[Floats], made: Results, steps: Results | None) -> list[Floats]:
-    """Return how far an operation itself moves its results, in roundings of their size or of given steps."""
-    own = errors(
-        node.op,
-        node.params,
-        operands,
-        [np.zeros_like(x) for x in operands],
-        made,
-        SINGLE.steps(node, made) if steps is None else steps,
-    )
-    # An error without bound tells that the sample lies at an edge, and nothing else.
-    return [np.nan_to_num(size, posinf=0.0) for size in own]
+def root_mean_square(tries: Floats) -> Floats:
+    """Return the mean square of each column, of which the squares alone may be beyond every double."""
+    largest = np.max(tries, axis=0)
+    scale = np.where(largest > 0, largest, 1.0)
+    return np.asarray(scale * np.sqrt(np.mean((tries / scale) ** 2, axis=0)))

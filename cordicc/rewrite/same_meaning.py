@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 
 import numpy as np
 
 from cordicc.ir import sampling
-from cordicc.ir.graph import Graph
+from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.problem import OutputSpec, Problem
 
@@ -30,7 +31,8 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
 
     A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
     rounding proves nothing and is passed over: one whose results change when its inputs are moved by
-    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.
+    2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.  So is one that breaks
+    what the problem assumes, or with a number on the way that is too large for every format.
     """
     fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
     probes = max(_FEWEST, min(_PROBES, fitting))
@@ -44,15 +46,31 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
         for i in range(_SHAKES)
     ]
     rewritten, kept = reference_outputs(graph, samples)
-    steady = np.ones(probes, dtype=bool)
+    # Rewriting may rest on what is assumed of the inputs.
+    steady = problem.facts.kept(samples)
     for value, still_defined in (moved, *shaken):
         steady &= defined == still_defined
         for output in problem.outputs:
             steady &= ~defined | _near(output, exact, value, 1e-6)
+    if not np.array_equal(defined[steady], kept[steady]):
+        # A number that no format holds has no value here, and rewriting goes by other numbers on the way.
+        steady &= ~(_leaves_range(problem.graph, samples) | _leaves_range(graph, samples))
     assert np.array_equal(defined[steady], kept[steady]), "rewriting changed which samples are valid"
     for output in problem.outputs:
         agree = _near(output, exact, rewritten, 1e-9)
         assert np.all(agree[steady & defined]), f"rewriting changed output {output.name}"
+
+
+def _leaves_range(graph: Graph, samples: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Tell for which samples some number on the way is beyond every double."""
+    values = [
+        Value(i, result)
+        for i, node in enumerate(graph.nodes)
+        for result in range(len(node.definition.results))
+    ]
+    columns, _ = reference_outputs(Graph(graph.nodes, {str(v): v for v in values}), samples)
+    found: np.ndarray = np.any([np.abs(c) >= sys.float_info.max for c in columns.values()], axis=0)
+    return found
 
 
 def _near(

@@ -5,6 +5,7 @@ The text of the graph is checked in full before any work, and its size is bounde
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, Report, Source, Unattainable
-from cordicc.schedule.binding import Delayed, Wiring, bind
+from cordicc.schedule.binding import Binding, Delayed, Wiring, bind
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal
 from cordicc.schedule.solver.scheduling_problem import (
@@ -122,7 +123,7 @@ def _check_limits(problem: SchedulingProblem) -> None:
 
 
 def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[str, str]:
-    """Return the unit of each operation, by its kind and number, bound within some deterministic time."""
+    """Return the name of the unit of each operation, bound within some deterministic time."""
     finish = {task.id: schedule.start[task.id] + task.latency for task in problem.operations}
     drivers: dict[str, list[Delayed]] = {task.id: [] for task in problem.operations}
     for producer, taker in problem.edges():
@@ -134,7 +135,27 @@ def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[
         {id: tuple(taken) for id, taken in drivers.items()},
     )
     binding = bind(wires, work)
-    return {t.id.removeprefix(_PREFIX): f"{t.kind}{binding[t.id]}" for t in problem.operations}
+    names = _unit_names(problem, binding)
+    return {t.id.removeprefix(_PREFIX): names[t.kind, binding[t.id]] for t in problem.operations}
+
+
+def _unit_names(problem: SchedulingProblem, binding: Binding) -> dict[tuple[str, int], str]:
+    """Return the name of each unit, its kind and a number, by its kind and its place among those of the kind.
+
+    Kinds that end in digits may make the name of a unit of another kind, as unit 0 of `k1` does that of unit
+    10 of `k`: the kind that comes later leaves such a number out.
+    """
+    units: dict[str, set[int]] = {}
+    for task in problem.operations:
+        units.setdefault(task.kind, set()).add(binding[task.id])
+    names: dict[tuple[str, int], str] = {}
+    taken: set[str] = set()
+    for kind, places in units.items():
+        free = (name for name in (f"{kind}{number}" for number in itertools.count()) if name not in taken)
+        mine = {(kind, place): name for place, name in zip(sorted(places), free, strict=False)}
+        names |= mine
+        taken.update(mine.values())
+    return names
 
 
 def _refused(text: str) -> float:

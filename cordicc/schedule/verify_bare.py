@@ -11,8 +11,8 @@ def verify_bare(question: Mapping[str, Any], answer: Mapping[str, Any]) -> None:
     """Raise AssertionError unless an answer keeps all that its question asks.
 
     Both are in the JSON form of `cordicc schedule`.  Covered: every operation is scheduled and has a unit
-    of its kind, dependences, one operation per unit and slot, limits, latency, FIFO words, bounds.  Takes
-    linear time.
+    of its kind and of no other, dependences, one operation per unit and slot, limits, latency, FIFO words,
+    bounds.  Takes linear time.
     """
     kinds = question["kinds"]
     kind = {operation["id"]: operation["kind"] for operation in question["operations"]}
@@ -31,10 +31,13 @@ def verify_bare(question: Mapping[str, Any], answer: Mapping[str, Any]) -> None:
         cycles = start[taker] - finish[producer]
         assert cycles >= 0, f"'{taker}' starts {-cycles} cycles before '{producer}' is done"
         wait[producer] = max(wait.get(producer, 0), cycles)
-    busy = Counter((kind[id], unit[id], cycle % interval) for id, cycle in start.items())
+    busy = Counter((unit[id], cycle % interval) for id, cycle in start.items())
     shared = next((place for place, count in busy.items() if count > 1), None)
-    assert shared is None, f"unit '{shared and shared[1]}' has several operations in a slot"
-    used = Counter(name for name, _ in {(name, unit) for name, unit, _ in busy})
+    assert shared is None, f"unit '{shared and shared[0]}' has several operations in a slot"
+    of_kind: dict[str, str] = {}
+    for id, name in unit.items():
+        assert of_kind.setdefault(name, kind[id]) == kind[id], f"unit '{name}' is of several kinds"
+    used = Counter(of_kind.values())
     for name, item in kinds.items():
         limit = item.get("limit")
         assert limit is None or used[name] <= limit, f"{used[name]} units of kind '{name}', limit {limit}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.kernels import micro_rotations
+from cordicc.arith.kernels.end_of_reach import end_of_reach
+from cordicc.arith.kernels.micro_rotations import NearEnd
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, fixed, step_table
 from cordicc.studies import scaled_kernels
 from cordicc.studies.iterations import IterationRun, State, counted_angle
@@ -48,10 +51,26 @@ def fixed_rows(
     # The standard vectoring kernel starts with x >= 0; the mirror image takes the same decisions.
     turn_over = _mirror if run.mirrored or (kernel is micro_rotations.vector and start.x < 0) else _same
     words, rows = turn_over(start), []
+    near = _near_end(sequence, start, fraction_bits)
     for i in range(len(angles)):
-        words = _step(kernel, words, _part(table, i), with_target=mode == "implicit")
+        words = _step(kernel, words, _part(table, i), near, with_target=mode == "implicit")
         rows.append(turn_over(words))
     return start, tuple(rows)
+
+
+def _near_end(sequence: Sequence, start: StateWords, angle_bits: int) -> NearEnd | None:
+    """Return where the kernel of a unit turns to the end of reach, for a block that just holds the start.
+
+    None without a target, for the paper's rule, and for sequences of which no bound is known.
+    """
+    if start.target is None or sequence.eta:
+        return None
+    block_bits = max(abs(start.x), abs(start.y), abs(start.target)).bit_length()
+    try:
+        end = end_of_reach(sequence, block_bits, angle_bits)
+    except ValueError:
+        return None
+    return NearEnd(math.ceil(end.height(0.0)), math.ceil(end.width(0.0)))
 
 
 def rounded(state: State, fraction_bits: int) -> StateWords:
@@ -78,13 +97,17 @@ def _part(table: StepTable, i: int) -> StepTable:
         shifts=table.shifts[one],
         angles=table.angles[one],
         target_factors=table.target_factors[one],
+        stretched=table.stretched[one],
         eta=table.eta[one],
     )
 
 
-def _step(kernel: Kernel, words: StateWords, table: StepTable, with_target: bool) -> StateWords:
+def _step(
+    kernel: Kernel, words: StateWords, table: StepTable, near: NearEnd | None, with_target: bool
+) -> StateWords:
     operands = [words.x, words.y, words.target, words.z] if with_target else [words.x, words.y, words.z]
-    ends = kernel(*(np.array([v], dtype=object) for v in operands), table)
+    told = [table] if near is None else [table, near]
+    ends = kernel(*(np.array([v], dtype=object) for v in operands), *told)
     numbers = [int(v[0]) for v in ends]
     if with_target and kernel is not scaled_kernels.implicit_scaled:
         return StateWords(numbers[0], numbers[1], numbers[3], numbers[2])

@@ -203,10 +203,9 @@ def outcomes(parts: Sequence[SearchTask], jobs: int) -> Iterator[Outcome]:
     if jobs == 1 or len(parts) < 2:
         yield from map(run, parts)
         return
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from cordicc.studies.processes import process_pool
 
-    with ProcessPoolExecutor(min(jobs, len(parts)), mp_context=get_context("spawn")) as pool:
+    with process_pool(min(jobs, len(parts))) as pool:
         yield from pool.map(run, parts, chunksize=max(1, min(16, len(parts) // (4 * jobs))))
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 
 from cordicc.backends.pictures.pareto_plot import Mark
@@ -25,6 +24,7 @@ from cordicc.schedule.place import place, scheduling_problem
 from cordicc.schedule.request import Limits
 from cordicc.schedule.solver.engine import Effort
 from cordicc.studies.cluster import executor as executor_of
+from cordicc.studies.processes import process_pool
 from cordicc.targets.target import CAU_KINDS
 from cordicc.targets.target_file import load_target
 
@@ -95,7 +95,7 @@ def workers(jobs: int | None, cluster: str | None) -> Executor:
     if cluster is not None:
         return executor_of(cluster)
     count = jobs or os.cpu_count() or 1
-    pool = ProcessPoolExecutor(count, get_context("spawn"), _load)
+    pool = process_pool(count, _load)
     for _ in range(count):
         pool.submit(_load)  # they start while the problem is being compiled
     return pool

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from cordicc.arith.numbers.formats import SINGLE_PI
+from cordicc.arith.unit.cau import Cau
 from tests.support.single_unit import SingleUnit
 
 ANGLE_BOUND = 2.0**-24
@@ -81,6 +82,27 @@ def test_hyperbolic_rotation_of_any_argument(scale):
             size = max(abs((X + Y) * mp.exp(Z)), abs((X - Y) * mp.exp(-Z))) / 2
             if size < 3e38:
                 assert abs(float(got) - exact) <= 1.25 * ulp(size)
+
+
+@pytest.mark.parametrize("angle_bits", [8, 12, 15, 16])
+def test_hyperbolic_rotation_with_few_bits_of_the_angle(angle_bits):
+    unit = Cau(fraction_bits=20, iterations=18, operand_bits=8, angle_bits=angle_bits)
+    z = np.array([-6.0, -1.5, 0.5, 2.0, 3.0, 10.0])
+    grown, other = unit.rotate(-1, np.ones(6), np.zeros(6), z)
+    share = (unit.iterations + 3) * 2.0 ** (-angle_bits - 1)
+    np.testing.assert_allclose(grown, np.cosh(z), rtol=share)
+    np.testing.assert_allclose(other, np.sinh(z), rtol=2 * share)
+
+
+@pytest.mark.parametrize("exponent", [-190, -150, 0, 100, 150, 183])
+def test_circular_rotation_of_any_word(exponent):
+    """Words of the fewest fraction bits reach 2^184; the angle is reduced exactly there too."""
+    z = np.array([1.0, 0.625, -0.875]) * 2.0**exponent
+    first, second = Cau().rotate(1, np.ones(3), np.zeros(3), z)
+    for i, angle in enumerate(z):
+        exact = mp.mpf(float(angle))
+        assert abs(float(first[i]) - mp.cos(exact)) < 2.0**-24
+        assert abs(float(second[i]) - mp.sin(exact)) < 2.0**-24
 
 
 @pytest.mark.parametrize(("x", "y"), [(1.0, 1.0), (1.0, -1.0), (1.0, 0.99999994), (3.0, -2.9999998)])

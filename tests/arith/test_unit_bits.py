@@ -9,11 +9,12 @@ from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 DIGESTS = {
     "24-stage": "31956aded395ca3f",
     "single": "fcf374d2b562de5c",
-    "root-free": "77387bc3a906c89f",
-    "widest": "0bef508a3e630f10",
-    "widest root-free": "6e9f113869f5e68b",
-    "narrow": "9d4ec7ef776ef524",
-    "odd": "5b6aef0553472e59",
+    "root-free": "0ebdabd5cacea6fd",
+    "widest": "d115b4bf34929fc1",
+    "widest root-free": "17acb96fc83890d1",
+    "narrow": "d305fc810fe57bbc",
+    "narrowest": "a36c264a934cc0fd",
+    "odd": "b31d38d4e2c118c3",
 }
 
 

@@ -94,6 +94,21 @@ def test_adders_multipliers_and_sign_logic(
     check(plan, adversarial(plan.problem, 500, 1), tmp_path)
 
 
+@needs_compiler
+def test_binary_points_as_far_apart_as_formats_allow(tmp_path: Path) -> None:
+    """Shifts of 63 places and more, in sums, comparisons and conversions, without undefined behaviour."""
+    cases = [(op, {}) for op in ("add", "sub", "min", "max", "flip", "select", "neg", "abs")] * 8
+    plan = Generator(arithmetic("fixed24"), 3).plan(cases, 4, wide=True)
+    shapes = {name: point.fraction for name, point in plan.formats.values.items()}
+    sums = [o for o in plan.operations if o.op in ("add", "sub")]
+    apart = [
+        abs(shapes[str(a.value)] - shapes[str(b.value)])
+        for a, b in (o.operands for o in sums if all(v.value for v in o.operands))
+    ]
+    assert sum(places >= 63 for places in apart) >= 3
+    check(plan, adversarial(plan.problem, 300, 3), tmp_path, *SANITIZED)
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_sums_of_far_binary_points_fit_and_round_once(seed: int) -> None:
     """The C expressions are Python too, but for their helpers; integers here have no limit."""
@@ -111,6 +126,21 @@ def test_sums_of_far_binary_points_fit_and_round_once(seed: int) -> None:
         signals = [Signal(np.array([values[n]]), names[n]) for n in order]
         (wanted,) = system.calculate(op, {}, signals, to)
         assert evaluate(expression, values, to.rounding) == wanted
+
+
+@pytest.mark.parametrize("op", ["min", "max"])
+@pytest.mark.parametrize("constant", ["-1", "0", "1", "0.001"])
+@pytest.mark.parametrize("fraction", [-40, 20, 27, 60])
+def test_comparisons_are_ones_that_can_go_either_way(op: str, constant: str, fraction: int) -> None:
+    """Compilers warn of a word compared with a constant that no word of its type reaches."""
+    words = c_model.CFixedPoint(FixedSystem(24, 4, "floor"))
+    format_ = words.system.format(BinaryPoint(28, fraction))
+    given = COperand("a", format_), words.constant(constant)
+    expression = words.calculate(op, {}, given, format_)
+    decided = constant != "0" and abs(float(constant)) > format_.largest_word * format_.ulp
+    assert expression.startswith(("1 ?", "0 ?") if decided else "(int64_t)a ")
+    if decided:
+        assert (expression[0] == "1") == ((float(constant) > 0) == (op == "min"))
 
 
 def evaluate(expression: str, values: dict[str, int], rounding: str) -> int:

@@ -13,6 +13,7 @@ import pytest
 from cordicc.base import folders
 from cordicc.base.diagnostics import InvalidInput
 from cordicc.base.folders import write_files
+from cordicc.base.temporaries import new_name
 
 OLD = {name: f"old {name}" for name in ("plan.json", "report.html", "simulate.py")}
 NEW = {name: f"new {name}" * 1000 for name in OLD}
@@ -63,14 +64,33 @@ def test_the_folder_behind_a_link_is_written_to(tmp_path: Path) -> None:
 
 
 def test_leftovers_of_killed_runs_are_removed(tmp_path: Path) -> None:
-    for left in (tmp_path / ".arm.cordicc-x", tmp_path / "arm" / ".cordicc-y"):
+    for left in (tmp_path / new_name(), tmp_path / "arm" / new_name()):
         left.mkdir(parents=True)
         (left / "plan.json").write_text("torn")
-    (tmp_path / ".armature.cordicc-z").mkdir()
+    (tmp_path / new_name()).write_text("torn")
     write_files(tmp_path / "arm", NEW)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".armature.cordicc-z", "arm"]
+    assert [path.name for path in tmp_path.iterdir()] == ["arm"]
     assert contents(tmp_path / "arm") == NEW
     assert not list((tmp_path / "arm").glob(".*"))
+
+
+def test_what_only_looks_like_a_leftover_stays(tmp_path: Path) -> None:
+    names = [
+        ".arm.cordicc-backup",
+        ".cordicc-notes",
+        ".cordicc.x",
+        f"{new_name()[:-1]}g",
+        f".cordicc-{'0' * 24}",
+    ]
+    mine = [folder / name for folder in (tmp_path, tmp_path / "arm") for name in names]
+    for path in mine:
+        path.mkdir(parents=True)
+        (path / "mine.txt").write_text("mine")
+    write_files(tmp_path / "arm", OLD)
+    write_files(tmp_path / "arm", NEW)
+    assert all((path / "mine.txt").read_text() == "mine" for path in mine)
+    assert len(list(tmp_path.iterdir())) == len(names) + 1
+    assert contents(tmp_path / "arm") == NEW
 
 
 @pytest.mark.parametrize("name", ["file", "loop", "file/below", "a\0b"])

@@ -262,6 +262,40 @@ def test_a_bare_graph(tmp_path: Path) -> None:
     assert run("schedule", str(file)).stdout == out.read_text()
 
 
+@pytest.mark.parametrize("kinds", [("k", "k1"), ("k1", "k"), ("k", "k1", "k11"), ("1", "11"), ("k", "k0")])
+@pytest.mark.parametrize("interval", [1, 2])
+def test_units_of_kinds_with_digits_have_names_of_their_own(kinds: tuple[str, ...], interval: int) -> None:
+    asked = {
+        "initiation_interval": interval,
+        "minimize": "processors",
+        "kinds": {kind: {"latency": 1} for kind in kinds},
+        "operations": [{"id": f"{kind}.{n}", "kind": kind} for kind in kinds for n in range(23)],
+        "edges": [],
+    }
+    answer = schedule_graph(parse_graph(json.dumps(asked), "g"), LIGHT)
+    verify_bare(asked, answer)
+    units = set(answer["unit"].values())
+    assert len(units) == answer["bounds"]["processors"] == len(kinds) * -(-23 // interval)
+    assert {f"{kinds[0]}{n}" for n in range(-(-23 // interval))} <= units
+
+
+def test_kinds_that_share_a_unit_are_found() -> None:
+    asked = {
+        "initiation_interval": 2,
+        "kinds": {"k": {"latency": 1}, "k1": {"latency": 1}},
+        "operations": [{"id": "a", "kind": "k"}, {"id": "b", "kind": "k1"}],
+        "edges": [],
+    }
+    answer = {
+        "start": {"a": 0, "b": 0}, "unit": {"a": "k10", "b": "k10"}, "latency": 1, "fifo_words": 0,
+        "optimal": {}, "bounds": {},
+    }  # fmt: skip
+    with pytest.raises(AssertionError, match="'k10' has several operations in a slot"):
+        verify_bare(asked, answer)
+    with pytest.raises(AssertionError, match="'k10' is of several kinds"):
+        verify_bare(asked, {**answer, "start": {"a": 0, "b": 1}, "latency": 2})
+
+
 def test_bare_goals() -> None:
     unlimited = {**GRAPH, "kinds": {"cau": {"latency": 44}, "mul": {"latency": 4}}}
     for minimize in ("latency", "fifo", "processors"):

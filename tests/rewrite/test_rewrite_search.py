@@ -221,13 +221,13 @@ def test_rounding_decides_against_an_ill_conditioned_plan(tmp_path: Path) -> Non
     problem = problem_of(tmp_path, "x=1:2, y=1:2", "t = x - y\ns = x + y", "t, s")
     bad = problem_of(tmp_path, "x=1:2, y=1:2", "t = (x*10000 + x) - (y + x*10000)\ns = x + y", "t, s")
     gate = AccuracyGate(problem, certain(problem), POINTS)
-    assert gate.less_accurate(certain(problem)) is None
+    assert gate.judged(certain(problem)).inaccurate is None
     builder = Builder()
     x, y = builder.input("x"), builder.input("y")
     large = builder.emit("add", (builder.emit("mul", (x, builder.const(10000))), builder.const(0)))
     sums = builder.emit("add", (large, x)), builder.emit("add", (large, y))
     graph = builder.build({"t": builder.emit("sub", sums), "s": builder.emit("add", (x, y))})
-    output, sample = gate.less_accurate(graph) or ("", 0)
+    output, sample = gate.judged(graph).inaccurate or ("", 0)
     assert output == "t"
     blamed = gate.culprit(graph, output, sample, {Value(i, 0) for i in range(2, len(graph.nodes))})
     assert blamed in sums
@@ -243,11 +243,11 @@ def test_the_gate_takes_an_output_that_is_0(tmp_path: Path) -> None:
     x, y = zero.input("x"), zero.input("y")
     nothing = zero.build({"t": zero.emit("sub", (x, x)), "s": zero.emit("add", (x, y))})
     gate = AccuracyGate(problem, nothing, POINTS)
-    assert gate.less_accurate(nothing) is None
+    assert gate.judged(nothing).inaccurate is None
     x, y = rounded.input("x"), rounded.input("y")
     third = rounded.emit("cmul", (x,), (Fraction(1, 3),))
     rest = rounded.emit("sub", (x, rounded.emit("cmul", (third,), (Fraction(3),))))
-    assert gate.less_accurate(rounded.build({"t": rest, "s": rounded.emit("add", (x, y))}))
+    assert gate.judged(rounded.build({"t": rest, "s": rounded.emit("add", (x, y))})).inaccurate
 
 
 @pytest.mark.parametrize(
@@ -307,3 +307,23 @@ def test_a_banned_result_is_made_by_something_else(tmp_path: Path) -> None:
     for index, node in enumerate(second.graph.nodes):
         assert node.op != "implicit" or Value(index, 1) not in second.graph.used_results()
     same_where(problem, second.graph, {"t": [0.0, 1.0]})
+
+
+def test_on_fixed_point_words_decide(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "x=-1:1, y=-1:1, z=-1:1", "r = sqrt(x**2 + y**2 + z**2)", "r")
+    builder = Builder()
+    x, y, z = (builder.input(name) for name in "xyz")
+    zero = builder.const(0)
+    flat = builder.emit("vector", (x, y, zero), (1, 1))
+    chain = builder.build({"r": builder.emit("vector", (flat, z, zero), (1, 1))})
+    sizes = np.geomspace(1e-4, 1.0, 40)
+    points = {"x": sizes, "y": -0.5 * sizes, "z": 0.25 * sizes}
+    words = Costs.of(load_target("fixed24"), implicit=True).words
+    squares = certain(problem)
+    assert "mul" in {node.op for node in squares.nodes}
+    gate = AccuracyGate(problem, squares, points, words=words, coarsest=words)
+    assert (gate.judged(squares).inaccurate or ("", 1)) == ("r", 0), (
+        "squares of small numbers have few digits"
+    )
+    assert gate.judged(chain).inaccurate is None
+    assert AccuracyGate(problem, squares, points).judged(squares).inaccurate is None

@@ -44,6 +44,12 @@ FIRES: dict[str, tuple[str, str, str]] = {
         "t = atan2(y, x) + atan2(v, u)",
         "t",
     ),
+    "roots of two equations": (
+        "x=0.1:0.6, y=0:0.3",
+        "D = (x**2 + y**2 - 0.18)/0.18\nq2 = acos(D)\n"
+        "q1 = atan2(y, x) - atan2(0.3*sin(q2), 0.3 + 0.3*cos(q2))",
+        "q1, q2",
+    ),
     "common denominators": (
         "x=-2:2, y=-2:2, v=-1:1, w=-1:1",
         "q = atan2(y, x)\nt = atan2(v*cos(q) - w*sin(q), w*cos(q) + v*sin(q) + 1)",
@@ -66,6 +72,7 @@ FIRES: dict[str, tuple[str, str, str]] = {
         "f = sqrt((x + 1)**2 + (y - 1)**2 + 9)\ng = sqrt((x - 3)**2 + (y + 1)**2 + 9)",
         "f, g",
     ),
+    "mirrored angles": ("x=-1:1, y=-1:1, z=-1:1", "p = atan2(y, x*z)\nq = atan2(-y, -x*z)", "p, q"),
     "half sums and half differences": (
         "a=-1:1, b=-1:1",
         "p = cos(a)*cos(b) + 2*sin(a)*sin(b)\nq = cos(a)*sin(b) + 2*sin(a)*cos(b)",
@@ -114,7 +121,7 @@ def given_for(folder: Path, inputs: str, equations: str, outputs: str) -> Given:
     assert points is not None
     filled = fill(problem, input_intervals(problem), graphs, points)
     assert filled is not None
-    return Given(filled.store, graphs, filled.moved, filled.outputs, lifting=True)
+    return Given(filled.store, graphs, filled.moved, filled.outputs, lifting=True, together=True)
 
 
 def test_every_rule_is_named_once_and_says_its_mathematics() -> None:
@@ -136,7 +143,7 @@ def test_every_rule_fires_on_a_small_problem_and_explains_what_it_adds(wanted: R
     watched = Watched(given)
     wanted.run(watched)
     assert footprint(store) != before
-    assert watched.seen == wanted.needs - {Need.LIFTING}
+    assert watched.seen == wanted.needs - {Need.LIFTING, Need.TOGETHER}
     steps = {store.why[index][0] for index in range(first, len(store.algebra.nodes))}
     if wanted.formulas is None:
         assert steps <= {wanted.words, *wanted.cases.values()}

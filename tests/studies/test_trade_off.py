@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import builtins
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from cordicc.api import Picture
 from cordicc.base.diagnostics import InvalidInput
 from cordicc.cli.explore import report_with
 from cordicc.ir.text import parse_graph
@@ -62,6 +64,27 @@ class TestDraw:
         assert "error[E650]: PNG pictures take CairoSVG, which cannot be used: no " in result.stderr
         assert "pip install 'cordicc[pictures]'" in result.stderr
         assert not list(tmp_path.iterdir())
+
+    @pytest.mark.parametrize(
+        ("width", "height", "said"),
+        [
+            (16_384, 300, "32,768 x 600 pixels, of which a side has at most 32,767"),
+            (300, 20_000, "600 x 40,000 pixels, of which a side has at most 32,767"),
+            (16_000, 16_000, "32,000 x 32,000 pixels, of which there are at most 268,435,456"),
+        ],
+    )
+    def test_a_png_has_a_limit(self, monkeypatch, width: int, height: int, said: str) -> None:
+        """It is told before Cairo is asked."""
+        monkeypatch.setitem(sys.modules, "cairosvg", None)
+        picture = Picture(f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"/>')
+        with pytest.raises(InvalidInput) as caught:
+            picture.converted(".png")
+        (finding,) = caught.value.diagnostics
+        assert (finding.code, finding.message) == ("E654", f"as a PNG the picture would have {said}")
+        assert "write .svg or .pdf, or fold" in str(finding.hint)
+        with pytest.raises(InvalidInput, match="E650"):
+            picture.converted(".pdf")
+        assert picture.converted(".svg") == picture.svg
 
     def test_an_unknown_format(self, folder: Path, tmp_path: Path) -> None:
         result = run("draw", folder / "plan.json", "-o", tmp_path / "a.gif")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cordicc.arith.numbers.fixed_point import fraction_bits_for
+from cordicc.arith.numbers.fixed_point import FRACTIONS, fraction_bits_for
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends.c import c_model
 from cordicc.emulate import functional
@@ -165,5 +165,5 @@ class Generator:
 
     def fraction(self, wide: bool) -> int:
         if wide and self.rng.random() < 0.4:
-            return int(self.rng.integers(-60, 90))
+            return int(self.rng.integers(FRACTIONS.start, FRACTIONS.stop))
         return int(self.inside - self.rng.integers(1, 8))

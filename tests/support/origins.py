@@ -31,7 +31,7 @@ def problem_of(
     `unit` is that of every input, `more` are other fields of the record.
     """
     outputs = tuple(outputs)
-    fields = {
+    fields: dict[str, Any] = {
         "program": graph_of(inputs, outputs),
         "inputs": tuple(PlanInput(each, float(lo), float(hi), unit) for each, (lo, hi) in inputs.items()),
         "outputs": tuple(PlanOutput(each) for each in outputs),

@@ -15,6 +15,7 @@ UNITS = {
     "widest": Cau(40, 40, "single-rotation", 32, 44),
     "widest root-free": Cau(40, 40, "root-free", 32, 44),
     "narrow": Cau(20, 16, "root-free", 16, 20),
+    "narrowest": Cau(8, 8, "single-rotation", 6, 8),
     "odd": Cau(31, 28, "single-rotation", 24, 36),
 }
 

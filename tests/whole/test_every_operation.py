@@ -20,7 +20,7 @@ from cordicc.backends.text import formulas
 from cordicc.certify import operator_models
 from cordicc.emulate import causes
 from cordicc.expressions import syntax
-from cordicc.ir.meaning import balls, doubles, enclosures, exact, reference, roundings
+from cordicc.ir.meaning import balls, doubles, enclosures, exact, rounded_operations, roundings
 from cordicc.ir.ops import OPS, Level
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify
@@ -94,7 +94,7 @@ PLACES: dict[str, tuple[Callable[[], Iterable[str]], dict[str, set[str]]]] = {
         lambda: exact.FOLDS,
         {"an input is no constant": {"input"}, "constants are folded before units are chosen": UNITS},
     ),
-    "reference: ir/meaning/reference.py OPERATIONS": (lambda: reference.OPERATIONS, GIVEN),
+    "reference: ir/meaning/rounded_operations.py OPERATIONS": (lambda: rounded_operations.OPERATIONS, GIVEN),
     "balls: ir/meaning/balls.py OPERATIONS": (
         lambda: balls.OPERATIONS,
         GIVEN | {"few graphs with units need it: numbers of the reference do": UNITS},

@@ -18,6 +18,7 @@ from cordicc.arith.compiled.compiled_systems import compiled_system
 from cordicc.arith.kernels.micro_rotations import limbs
 from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
+from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
 from cordicc.base.arrays import Floats
@@ -57,7 +58,9 @@ class CompiledCau(Cau):
             return self._run(units.rotate_circular, (x, y, z), constants, _reduction(self.angle_bits))
         return self._run(units.rotate_linear if m == 0 else units.rotate_hyperbolic, (x, y, z), constants)
 
-    def vector(self, m: int, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+    def vector(
+        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, *, slack: Slack = EXACT
+    ) -> tuple[Floats, Floats]:
         """Return norm and angle, as `Cau.vector` does."""
         from cordicc.arith.compiled import implicit_loops, unit_loops
 
@@ -65,25 +68,34 @@ class CompiledCau(Cau):
         if m == 1:
             half_turn = pi_fixed(self.angle_bits)
             return self._run(unit_loops.vector_circular, (x, y, z), constants, sign, half_turn)
-        function = unit_loops.vector_linear if m == 0 else implicit_loops.lightcone
-        return self._run(function, (x, y, z), constants, sign)
+        if m == 0:
+            return self._run(unit_loops.vector_linear, (x, y, z), constants, sign)
+        return self._run(implicit_loops.lightcone, (x, y, z), constants, sign, self._margin(slack))
 
-    def lightcone(self, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+    def lightcone(self, u: Floats, v: Floats, *, slack: Slack = EXACT) -> tuple[Floats, Floats]:
         """Return sqrt(u v) and ln(u/v)/2, as `Cau.lightcone` does."""
         from cordicc.arith.compiled.implicit_loops import lightcone
 
-        return self._run(lightcone, (u, v, v), _steps(standard_table(self, -1)), 0)
+        return self._run(lightcone, (u, v, v), _steps(standard_table(self, -1)), 0, self._margin(slack))
 
-    def implicit(self, m: int, branch: str, A: Floats, B: Floats, C: Floats) -> tuple[Floats, Floats]:
+    def _margin(self, slack: Slack) -> tuple[Any, ...]:
+        """Return the slack in the form of `implicit_loops.Margin`."""
+        rows, places = self.root_slack(slack)
+        return rows.first, places, int(slack.relative)
+
+    def implicit(
+        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, *, slack: Slack = EXACT
+    ) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C, as `Cau.implicit` does."""
         from cordicc.arith.compiled import implicit_loops
 
         if self.rule is None:
             raise ValueError("this unit has no implicit mode")
-        table = implicit_table(self, m)
+        table = implicit_table(self, m, slack)
         function = implicit_loops.implicit_circular if m == 1 else implicit_loops.implicit_hyperbolic
-        rule = (int(not table.quarter_turns), table.tolerance, pi_fixed(self.angle_bits), _BRANCHES[branch])
-        return self._run(function, (A, B, C), _steps(table.steps), rule)
+        rule = (int(not table.quarter_turns), pi_fixed(self.angle_bits), _BRANCHES[branch])
+        reach = (table.reach.rows.first, *table.reach.columns)
+        return self._run(function, (A, B, C), _steps(table.steps), rule, reach)
 
     def _run(
         self, function: Callable[..., None], operands: tuple[Floats, ...], *constants: Any
@@ -106,7 +118,8 @@ def _steps(table: StepTable) -> tuple[Any, ...]:
     shift = bits + 1 - SCALE_BITS
     gain = (table.inverse_gain, shift, *_limbs(table.inverse_gain, shift, bits))
     shifts, angles = np.array(table.shifts, dtype=np.int64), np.array(table.angles, dtype=np.int64)
-    return shifts, angles, *(column.copy() for column in columns), gain
+    stretched = np.array(table.stretched, dtype=np.int64)
+    return shifts, angles, *(column.copy() for column in columns), gain, stretched
 
 
 @cache

@@ -15,13 +15,15 @@ import numba
 import numpy as np
 
 from cordicc.arith.kernels.blocks import WIDE_BITS, ZERO_EXPONENT
+from cordicc.arith.kernels.shift_sequences import SHARES
 from cordicc.base.arrays import Floats, Int64s
 
 Product = tuple[int, int, int, int]
 """Constant, shift, lower limbs (-1: the product rounds to 0), and their bits."""
 
-Steps = tuple[Int64s, Int64s, Int64s, Int64s, Int64s, Product]
-"""Shifts and angles, target factors with their limbs and limb bits; the product with the inverse gain."""
+Steps = tuple[Int64s, Int64s, Int64s, Int64s, Int64s, Product, Int64s]
+"""Shifts and angles, target factors with their limbs and limb bits; the product with the inverse gain; shares
+of the gain before each step."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -252,21 +254,44 @@ def vector(m: int, x: Int64s, y: Int64s, z: Int64s, steps: Steps) -> None:
 
 
 @compiled
-def _towards(mirror: int, x: int, y: int, target: int) -> int:
+def _towards(mirror: int, x: int, y: int, target: int, height: int, width: int) -> int:
     """Return -1 for the negative direction, else 0."""
-    side = x >> 63
-    return (((y ^ ~mirror) & side) | ((target - y) & ~side)) >> 63
+    side, apart = x >> 63, target - y
+    # All ones where 0 < x <= width and |target - y| <= height: there the way to the end is taken.
+    end = ~((x - 1) | (width - x) | (height - abs(apart))) >> 63
+    ahead = (apart & ~end) | ((target ^ mirror) & end)
+    return (((y ^ ~mirror) & side) | (ahead & ~side)) >> 63
 
 
 @compiled
-def implicit(m: int, x: Int64s, y: Int64s, target: Int64s, z: Int64s, steps: Steps, factor_bits: int) -> None:
+def _shares(whole: Int64s, stretched: int, part: Int64s) -> None:
+    """Put what holds before a step in a block, from the gain so far as a share of the whole one."""
+    for i in range(whole.size):
+        part[i] = (whole[i] * stretched + (SHARES - 1)) // SHARES
+
+
+@compiled
+def implicit(
+    m: int,
+    x: Int64s,
+    y: Int64s,
+    target: Int64s,
+    z: Int64s,
+    height: Int64s,
+    width: Int64s,
+    steps: Steps,
+    factor_bits: int,
+) -> None:
     """Turn a block until y is the target, in place, by standard micro-rotations."""
     mirror = m >> 63
+    heights, widths, _ = three(x.size)
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
         half = (1 << shift) >> 1
+        _shares(height, steps[6][step], heights)
+        _shares(width, steps[6][step], widths)
         for i in range(x.size):
-            mask = _towards(mirror, x[i], y[i], target[i])
+            mask = _towards(mirror, x[i], y[i], target[i], heights[i], widths[i])
             back = mask ^ mirror
             step_x = (((y[i] + half) >> shift) ^ back) - back
             y[i] += (((x[i] + half) >> shift) ^ mask) - mask
@@ -276,16 +301,28 @@ def implicit(m: int, x: Int64s, y: Int64s, target: Int64s, z: Int64s, steps: Ste
 
 
 @compiled
-def implicit_root_free(m: int, x: Int64s, y: Int64s, target: Int64s, z: Int64s, steps: Steps) -> None:
+def implicit_root_free(
+    m: int,
+    x: Int64s,
+    y: Int64s,
+    target: Int64s,
+    z: Int64s,
+    height: Int64s,
+    width: Int64s,
+    steps: Steps,
+) -> None:
     """Turn a block until y is the target, in place, by root-free double rotations."""
     mirror = m >> 63
+    heights, widths, _ = three(x.size)
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
         lift, down = (1, 0) if shift == 0 else (0, shift - 1)
         square = min(2 * shift, 62)  # coordinates are below 2^44, so what is shifted by more is 0 as well
         half, half_square = (1 << down) >> 1, (1 << square) >> 1
+        _shares(height, steps[6][step], heights)
+        _shares(width, steps[6][step], widths)
         for i in range(x.size):
-            mask = _towards(mirror, x[i], y[i], target[i])
+            mask = _towards(mirror, x[i], y[i], target[i], heights[i], widths[i])
             step_x = ((((y[i] << lift) + half) >> down) ^ mask) - mask
             step_y = ((((x[i] << lift) + half) >> down) ^ mask) - mask
             step_x += (x[i] + half_square) >> square

@@ -160,6 +160,7 @@ def rotate_hyperbolic(
 ) -> None:
     """Turn (x, y) by z on the light cone."""
     width, fraction_bits, angle_bits = widths
+    down, up = max(0, angle_bits - 16), max(0, 16 - angle_bits)
     bounded = np.minimum(np.maximum(z, -512.0), 512.0).view(np.int64)
     for begin in range(0, x.size, BLOCK):
         xs, ys, zs, firsts, seconds = cut(begin, x, y, z, first, second)
@@ -169,7 +170,7 @@ def rotate_hyperbolic(
         for i in range(c.size):
             zm, ze = unpack(bounded[begin + i], width)
             fixed_z = shifted(zm, -angle_bits - ze)
-            doublings = shifted((fixed_z >> (angle_bits - 16)) * _INVERSE_LN2, 46)
+            doublings = shifted((fixed_z >> down << up) * _INVERSE_LN2, 46)
             c[i] = fixed_z - ln2_multiple(doublings, angle_bits)
             u, v = sum_and_difference(unpack(xb[i], width), unpack(yb[i], width), width, fraction_bits)
             a[i], b[i] = (u[0] + v[0] + 1) >> 1, (u[0] - v[0] + 1) >> 1

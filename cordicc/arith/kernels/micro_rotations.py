@@ -12,12 +12,35 @@ reach 2^44 (`COORDINATE_BITS`).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from cordicc.arith.kernels.shift_sequences import COORDINATE_BITS, FACTOR_BITS, StepTable
+from cordicc.arith.kernels.shift_sequences import COORDINATE_BITS, FACTOR_BITS, SHARES, StepTable
 from cordicc.base.arrays import Integers
 
 Work = tuple[Integers, Integers, Integers]
+
+
+NEVER = -SHARES
+"""Below 0 before every step."""
+
+
+class NearEnd(NamedTuple):
+    """Where x > 0 and |y - target| are at most this, an implicit kernel turns to the end, see `end_of_reach`.
+
+    Integers, or arrays of one for each sample, of the whole gain; the height `NEVER` keeps a sample from it.
+    """
+
+    height: Integers | int
+    width: Integers | int
+
+    def before(self, stretched: int) -> NearEnd:
+        """Return what holds before a step, from the gain so far as a share of the whole one, rounded up."""
+        if stretched == SHARES:
+            return self
+        height, width = ((each * stretched + SHARES - 1) // SHARES for each in self)
+        return NearEnd(height, width)
 
 
 def shift_round(value: Integers, shift: int, out: Integers | None = None) -> Integers:
@@ -135,7 +158,7 @@ def _turn(m: int, x: Integers, y: Integers, direction: Integers, shift: int, wor
 
 
 def implicit(
-    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable
+    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable, near: NearEnd | None = None
 ) -> tuple[Integers, Integers, Integers, Integers]:
     """Turn (x, y) until y is the target and x >= 0, by standard micro-rotations.
 
@@ -145,15 +168,16 @@ def implicit(
     other is the mirror image, from -x with -z.  How far y ends from the target where there is a solution is
     proven in `cordicc.arith.kernels.circular_bound` (circular) and
     `cordicc.arith.kernels.hyperbolic_bound`; elsewhere it is farther, by which a unit knows that there is
-    none.
+    none.  `near` makes the end of reach exact, where y has its extreme and a comparison tells nothing.
 
     Returns:
         x, y, the scaled target, and z plus the angle turned.
     """
     x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
     work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
-    for shift, angle, factor in zip(table.shifts, table.angles, table.target_factors, strict=True):
-        direction = _towards(table.m, x, y, target, work)
+    steps = zip(table.shifts, table.angles, table.target_factors, table.stretched, strict=True)
+    for shift, angle, factor, stretched in steps:
+        direction = _towards(table.m, x, y, target, work, near and near.before(stretched))
         _turn(table.m, x, y, direction, shift, work)
         if factor:
             target += multiply_round(target, factor, FACTOR_BITS, table.coordinate_bits)
@@ -163,7 +187,7 @@ def implicit(
 
 
 def implicit_root_free(
-    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable
+    x: Integers, y: Integers, target: Integers, z: Integers, table: StepTable, near: NearEnd | None = None
 ) -> tuple[Integers, Integers, Integers, Integers]:
     """Turn (x, y) until y is the target and x >= 0, by root-free double rotations.
 
@@ -174,8 +198,8 @@ def implicit_root_free(
     x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
     work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     small = np.empty_like(x)
-    for shift, angle in zip(table.shifts, table.angles, strict=True):
-        direction = _towards(m, x, y, target, work)
+    for shift, angle, stretched in zip(table.shifts, table.angles, table.stretched, strict=True):
+        direction = _towards(m, x, y, target, work, near and near.before(stretched))
         step_x = shift_round(y, shift - 1, work[1])
         step_x *= direction
         step_x += shift_round(x, 2 * shift, small)
@@ -195,7 +219,9 @@ def implicit_root_free(
     return x, y, target, z
 
 
-def _towards(m: int, x: Integers, y: Integers, target: Integers, work: Work) -> Integers:
+def _towards(
+    m: int, x: Integers, y: Integers, target: Integers, work: Work, near: NearEnd | None
+) -> Integers:
     """Return the direction towards the point with y = target and x >= 0; `work` is overwritten.
 
     Where x >= 0, y grows with the angle, so the comparison of y and target is that of the angles.
@@ -204,6 +230,12 @@ def _towards(m: int, x: Integers, y: Integers, target: Integers, work: Work) -> 
     """
     direction, other, _ = work
     np.subtract(target, y, out=direction)
+    if near is not None:
+        close = np.asarray(np.abs(direction) <= near.height, dtype=bool)
+        if close.any():
+            # The extreme of y at x = 0: the greatest on the target's side of the circle, else the least.
+            close &= np.asarray((x > 0) & (x <= near.width), dtype=bool)
+            direction[close] = m * sign(target[close])
     if x.dtype == object:
         back = ~y if m > 0 else y
         return sign(np.where(x < 0, back, direction))

@@ -34,7 +34,8 @@ SCALE_BITS = 4
 TAU_BITS = 37
 TURN_BITS = 64
 TURN_TAIL_BITS = 30
-PHASE_EXPONENTS = range(-192, 129)
+PHASE_EXPONENTS = range(-192, 161)
+"""Of operands whose phase is known: singles, and words with the most and the fewest fraction bits."""
 
 
 class Reduced(NamedTuple):
@@ -81,7 +82,8 @@ def reduce_hyperbolic(z: Floats, operand_bits: int, angle_bits: int) -> Reduced:
     bounded = np.clip(z, -512.0, 512.0)
     number = unpack(bounded, operand_bits)
     fixed_z = shifted(number.mantissa, -angle_bits - number.exponent)
-    doublings = shifted_by((fixed_z >> (angle_bits - 16)) * inverse_ln2_fixed(30), 46)
+    down, up = max(0, angle_bits - 16), max(0, 16 - angle_bits)  # to 16 fraction bits
+    doublings = shifted_by((fixed_z >> down << up) * inverse_ln2_fixed(30), 46)
     return Reduced(doublings, fixed_z - ln2_multiple(doublings, angle_bits))
 
 

@@ -7,7 +7,7 @@ root-free one turns by 2 alpha (m = 0: 2 * 2^-S) and stretches by 1 + m 2^-2S (K
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -72,7 +72,8 @@ class StepTable:
     `angles` have `angle_bits` fraction bits; `target_factors` are sqrt(1 + m 2^-2S) - 1, with
     `FACTOR_BITS` fraction bits.  Every coordinate of a kernel in int64 stays within +-2^`coordinate_bits`;
     this saves work and changes no result.  `inverse_gain` is 1/gain with one fraction bit more than that.
-    `eta` are the scaling digits of a sequence that has them.
+    `stretched` are the stretches before each step as a share of the largest, in units of 1/`SHARES`, rounded
+    up.  `eta` are the scaling digits of a sequence that has them.
     """
 
     m: int
@@ -81,6 +82,7 @@ class StepTable:
     target_factors: tuple[int, ...]
     inverse_gain: int
     coordinate_bits: int
+    stretched: tuple[int, ...] = ()
     eta: tuple[int, ...] = ()
 
     @property
@@ -90,6 +92,8 @@ class StepTable:
 
 
 FACTOR_BITS = 44
+
+SHARES = 16
 
 COORDINATE_BITS = 44
 """Coordinates of kernels in int64 are at most 2^44 in magnitude: 40 fraction bits, and growth below 16."""
@@ -176,6 +180,14 @@ def _target_factor(m: int, shift: int) -> int:
     return fixed(_mp.sqrt(1 + m * _mp.ldexp(_mp.mpf(1), -2 * shift)) - 1, FACTOR_BITS)
 
 
+def _stretched(sequence: Sequence) -> tuple[int, ...]:
+    before = [
+        exact_gain(replace(sequence, shifts=sequence.shifts[:count])) for count in range(len(sequence.shifts))
+    ]
+    largest = max([*before, exact_gain(sequence)])
+    return tuple(int(_mp.ceil(SHARES * gain / largest)) for gain in before)
+
+
 @cache
 def step_table(sequence: Sequence, angle_bits: int, coordinate_bits: int = COORDINATE_BITS) -> StepTable:
     """Return the integer constants of a sequence for a kernel.
@@ -186,7 +198,10 @@ def step_table(sequence: Sequence, angle_bits: int, coordinate_bits: int = COORD
     factors = tuple(_target_factor(m, shift) for shift in sequence.shifts)
     angles = tuple(fixed(exact_angle(m, s, sequence.root_free), angle_bits) for s in sequence.shifts)
     inverse_gain = fixed(1 / exact_gain(sequence), coordinate_bits + 1)
-    return StepTable(m, sequence.shifts, angles, factors, inverse_gain, coordinate_bits, sequence.eta)
+    stretched = _stretched(sequence)
+    return StepTable(
+        m, sequence.shifts, angles, factors, inverse_gain, coordinate_bits, stretched, sequence.eta
+    )
 
 
 @cache

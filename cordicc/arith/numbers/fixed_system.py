@@ -6,6 +6,7 @@ result; only an angle's wrapping, 2 pi being irrational, is off by 2^-6 ulp befo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -27,6 +28,7 @@ from cordicc.arith.numbers.fixed_point import (
 )
 from cordicc.arith.numbers.formats import BinaryPoint, NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.base.arrays import Integers, Words
 
 _MOST_DIGITS = 17
@@ -79,11 +81,13 @@ class FixedSystem:
     def constant_text(self, number: Fraction) -> str:
         """Return the shortest decimal text that reads as the nearest word."""
         wanted = self._nearest(number)
-        value = float(number)
-        for digits in range(1, _MOST_DIGITS + 1):
-            text = f"{value:.{digits}g}"
-            if self._nearest(parse_decimal(text)) == wanted:
-                return text
+        word, format_ = wanted
+        # Where the nearest double lies half way between two words, no digits of it tell which is meant.
+        for value in (float(number), math.ldexp(word, -format_.fraction_bits)):
+            for digits in range(1, _MOST_DIGITS + 1):
+                text = f"{value:.{digits}g}"
+                if self._nearest(parse_decimal(text)) == wanted:
+                    return text
         raise AssertionError("17 digits tell every double, and so every word")
 
     def constant(self, text: str) -> Signal:
@@ -130,7 +134,8 @@ class FixedSystem:
         mantissas, fraction = _aligned(numbers)
         valid = np.logical_and.reduce(np.broadcast_arrays(*(number.valid for number in numbers)))
         if op == "guard":
-            valid = valid & kept(params["condition"], mantissas[1])
+            slack = math.floor(Fraction(slack_of(params).beyond) * Fraction(2) ** fraction)
+            valid = valid & kept(params["condition"], mantissas[1], min(slack, 1 << SHIFT_LIMIT))
         return ScaledIntegers(EXACT[op](*mantissas), fraction, valid)
 
     def spec(self) -> dict[str, Any]:

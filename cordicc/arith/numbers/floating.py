@@ -15,6 +15,7 @@ from cordicc.arith.kernels.reduction import phase_in_turns
 from cordicc.arith.numbers.decimals import parse_decimal
 from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, NumberFormat, Signal
 from cordicc.arith.numbers.operations import EXACT, kept
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.base.arrays import Bools, Floats, Words
 
 _SIGNIFICAND_BITS = 24
@@ -53,7 +54,7 @@ class SingleSystem:
         if op == "wrap":
             return result.encode_angle(wrapped(values[0]))
         if op == "guard":
-            invalid = invalid | ~kept(params["condition"], values[1])
+            invalid = invalid | ~kept(params["condition"], values[1], slack_of(params).beyond)
         with np.errstate(invalid="ignore", over="ignore", under="ignore"):
             exact = self._exact(op, params, values)
         return result.encode(np.where(invalid, np.nan, exact))

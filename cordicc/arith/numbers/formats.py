@@ -85,8 +85,10 @@ class NumberSystem(Protocol):
     ) -> Words:
         """Execute an operation of adders, multipliers and sign logic, rounding its exact result once.
 
-        A factor among the parameters is the text of a constant.  An invalid operand makes the result
-        invalid.  Raises ValueError for an unknown operation.
+        A factor among the parameters is the text of a constant; a guard may have a slack besides, by which
+        its condition may be missed, see `slack_of`.  An invalid operand makes the result invalid.
+
+        Raises ValueError for an unknown operation.
         """
 
     def spec(self) -> dict[str, Any]:

@@ -28,16 +28,19 @@ EXACT: dict[str, Callable[..., NDArray[Any]]] = {
 }
 """Operations by name; what `guard` keeps is told by `kept`."""
 
-_CONDITIONS: dict[object, Callable[[NDArray[Any]], Bools]] = {
-    "any": lambda s: np.ones(s.shape, dtype=bool),
-    "nonzero": lambda s: s != 0,
-    "nonnegative": lambda s: s >= 0,
-    "positive": lambda s: s > 0,
+_CONDITIONS: dict[object, Callable[[NDArray[Any], float], NDArray[Any]]] = {
+    "any": lambda s, slack: np.ones(s.shape, dtype=bool),
+    "nonzero": lambda s, slack: s != 0,
+    "nonnegative": lambda s, slack: s >= -slack,
+    "positive": lambda s, slack: s > 0,
 }
 
 
-def kept(condition: object, s: NDArray[Any]) -> Bools:
-    """Return where a guard's condition holds.  Raises ValueError for an unknown one."""
+def kept(condition: object, s: NDArray[Any], slack: float = 0) -> Bools:
+    """Return where a guard's condition holds, or may hold but for rounding: a slack, in the unit of s.
+
+    Raises ValueError for an unknown condition.
+    """
     if condition not in _CONDITIONS:
         raise ValueError(f"unknown guard condition {condition!r}")
-    return np.asarray(_CONDITIONS[condition](s), dtype=bool)
+    return np.asarray(_CONDITIONS[condition](s, slack), dtype=bool)

@@ -17,6 +17,7 @@ from typing import Any
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.base.arrays import Floats
 
@@ -63,7 +64,8 @@ class Arithmetic:
 
         Args:
             op: an arithmetic or unit operation.
-            params: its parameters; a factor is the text of a constant.
+            params: its parameters; a factor is the text of a constant.  A `slack` besides tells what counts
+                as on the border of the domain.
             kind: the kind of the executing unit, which picks the CAU.
             operands: arrays of words, shape (n,) or broadcastable to it.
             formats: of each result, None for one that nobody takes.
@@ -92,9 +94,13 @@ class Arithmetic:
 
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
     "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
-    "vector": lambda cau, params, *values: cau.vector(_system(params), _unit_sign(params), *values),
-    "lightcone": lambda cau, params, *values: cau.lightcone(*values),
-    "implicit": lambda cau, params, *values: cau.implicit(_system(params), _branch(params), *values),
+    "vector": lambda cau, params, *values: cau.vector(
+        _system(params), _unit_sign(params), *values, slack=slack_of(params)
+    ),
+    "lightcone": lambda cau, params, *values: cau.lightcone(*values, slack=slack_of(params)),
+    "implicit": lambda cau, params, *values: cau.implicit(
+        _system(params), _branch(params), *values, slack=slack_of(params)
+    ),
 }
 
 

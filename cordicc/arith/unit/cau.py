@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -25,7 +26,6 @@ from cordicc.arith.kernels.blocks import (
     to_float,
     unpack,
 )
-from cordicc.arith.kernels.gaps import largest_gap
 from cordicc.arith.kernels.reduction import (
     angle_sum,
     compensated,
@@ -36,7 +36,9 @@ from cordicc.arith.kernels.reduction import (
     sum_and_difference,
 )
 from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
+from cordicc.arith.numbers.slack import EXACT, Rows, Slack, rows_for
 from cordicc.arith.unit import implicit as implicit_unit
+from cordicc.arith.unit.reach import reach_table
 from cordicc.base.arrays import Bools, Floats, Int64s
 
 EXPONENT_BITS = 10
@@ -68,37 +70,48 @@ class Cau:
         first, second = turn(a, b, c)
         return _delivered(first, valid), _delivered(second, valid)
 
-    def vector(self, m: int, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+    def vector(
+        self, m: int, sign: int, x: Floats, y: Floats, z: Floats, *, slack: Slack = EXACT
+    ) -> tuple[Floats, Floats]:
         """Return the norm sqrt(x^2 + m y^2) and z + sign * angle of (x, y); m = 0: x and z + sign * y/x.
 
         Circular: the angle is in (-pi, pi] and invalid at (0, 0), the norm 0 there.  Hyperbolic: the
-        norm needs |y| <= |x|, the angle |y| < |x|.  Linear: the quotient needs x != 0.
+        norm needs |y| <= |x|, the angle |y| < |x|; where |y| is beyond |x| within the slack the norm is 0.
+        Linear: the quotient needs x != 0.
         """
         valid, (a, b, c) = _operands(x, y, z)
-        measure = {1: self._vector_circular, 0: self._vector_linear, -1: self._vector_hyperbolic}[m]
-        norm, angle = measure(sign, a, b, c)
+        if m == -1:
+            norm, angle = self._vector_hyperbolic(sign, a, b, c, slack)
+        else:
+            norm, angle = (self._vector_circular if m else self._vector_linear)(sign, a, b, c)
         return _delivered(norm, valid), _delivered(angle, valid)
 
-    def lightcone(self, u: Floats, v: Floats) -> tuple[Floats, Floats]:
-        """Return sqrt(u v), for u v >= 0, and ln(u/v)/2, for u v > 0: hyperbolic vectoring by x+y and x-y."""
+    def lightcone(self, u: Floats, v: Floats, *, slack: Slack = EXACT) -> tuple[Floats, Floats]:
+        """Return sqrt(u v), for u v >= 0, and ln(u/v)/2, for u v > 0: hyperbolic vectoring by x+y and x-y.
+
+        Where u and v differ in sign, but one of them is within the slack of 0, the root is 0.
+        """
         valid, (a, b) = _operands(u, v)
-        root, angle = self._measure_lightcone(self._unpack(a), self._unpack(b))
+        root, angle = self._measure_lightcone(self._unpack(a), self._unpack(b), slack, np.int64(0))
         radians = np.ldexp(angle.astype(np.float64), -self.angle_bits)
         defined = np.sign(a) * np.sign(b) > 0
         return _delivered(root, valid), _delivered(np.where(defined, radians, np.nan), valid)
 
-    def implicit(self, m: int, branch: str, A: Floats, B: Floats, C: Floats) -> tuple[Floats, Floats]:
+    def implicit(
+        self, m: int, branch: str, A: Floats, B: Floats, C: Floats, *, slack: Slack = EXACT
+    ) -> tuple[Floats, Floats]:
         """Solve B cos t + A sin t = C (m = -1: cosh, sinh): t, and sqrt(A^2 + m B^2 - m C^2) >= 0.
 
         Both are invalid without a solution.  Circular: t is atan2(A, B) +- acos(C/hypot(A, B)), not
         wrapped, branch "+" or "-".  Hyperbolic: branch "none", or "+"/"-" which matter where |B| > |A|.
-        Raises ValueError if the unit has no implicit rule.
+        Where the equation has no solution, but would have one with C changed by the slack, t is the end of
+        reach and the rest 0.  Raises ValueError if the unit has no implicit rule.
         """
         if self.rule is None:
             raise ValueError("this unit has no implicit mode")
         valid, operands = _operands(A, B, C)
         solve = implicit_unit.circular if m == 1 else implicit_unit.hyperbolic
-        angle, rest = solve(branch, operands, implicit_table(self, m))
+        angle, rest = solve(branch, operands, implicit_table(self, m, slack))
         return _delivered(angle, valid), _delivered(rest, valid)
 
     def _unpack(self, values: Floats) -> Scaled:
@@ -183,18 +196,31 @@ class Cau:
         total = self._sum(Scaled(quotient, exponent), self.angle_bits + 2, self._unpack(z))
         return x, np.where(x == 0, np.nan, to_float(total))
 
-    def _vector_hyperbolic(self, sign: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
-        u, v = sum_and_difference(self._unpack(x), self._unpack(y), self.operand_bits, self.fraction_bits)
-        norm, angle = self._measure_lightcone(u, v)
+    def _vector_hyperbolic(
+        self, sign: int, x: Floats, y: Floats, z: Floats, slack: Slack
+    ) -> tuple[Floats, Floats]:
+        a, b = self._unpack(x), self._unpack(y)
+        u, v = sum_and_difference(a, b, self.operand_bits, self.fraction_bits)
+        unit = np.maximum(a.exponent, b.exponent) if slack.relative else np.int64(0)
+        norm, angle = self._measure_lightcone(u, v, slack, unit)
         defined = np.abs(y) < np.abs(x)
         total = angle_sum(self._unpack(z), sign * angle, self.operand_bits, self.angle_bits)
         return norm, np.where(defined, total, np.nan)
 
-    def _measure_lightcone(self, u: Scaled, v: Scaled) -> tuple[Floats, Int64s]:
+    def root_slack(self, slack: Slack) -> tuple[Rows, Int64s]:
+        """Return the slack in places of u or v, by their exponent less that of what it is relative to."""
+        size = math.ldexp(slack.beyond, self.operand_bits) if slack.relative else slack.beyond
+        rows = rows_for(size, self.fraction_bits + 1)
+        return rows, rows.places(Fraction(size), self.fraction_bits + 1)
+
+    def _measure_lightcone(
+        self, u: Scaled, v: Scaled, slack: Slack, unit: Int64s | np.int64
+    ) -> tuple[Floats, Int64s]:
         """Return sqrt(u v), NaN where u v < 0, and ln(u/v)/2 as an angle, arbitrary where u v <= 0.
 
-        u and v are brought to one size by powers of two with an even sum, which a half of the sum and a
-        multiple of ln 2 undo; then 1/2 <= u/v <= 2, that is |y/x| <= 1/3.
+        Where u v < 0, but |u| or |v| is within the slack, the root is 0; a slack may be relative to a number
+        with the last place 2^`unit`.  u and v are brought to one size by powers of two with an even sum,
+        which a half of the sum and a multiple of ln 2 undo; then 1/2 <= u/v <= 2, that is |y/x| <= 1/3.
         """
         size_u = normalise(Scaled(np.abs(u.mantissa), u.exponent), self.fraction_bits)
         size_v = normalise(Scaled(np.abs(v.mantissa), v.exponent), self.fraction_bits)
@@ -206,9 +232,16 @@ class Cau:
         table = standard_table(self, -1)
         x, _, angle = micro_rotations.vector((a + b + 1) >> 1, (a - b + 1) >> 1, np.zeros_like(a), table)
         zero = (u.mantissa == 0) | (v.mantissa == 0)
+        apart = ~zero & ((u.mantissa < 0) != (v.mantissa < 0))
+        if slack.beyond:
+            rows, places = self.root_slack(slack)
+            rounded = size_u.mantissa <= places[rows.of(size_u.exponent - unit)]
+            rounded |= size_v.mantissa <= places[rows.of(size_v.exponent - unit)]
+            zero |= apart & rounded
+            apart &= ~rounded
         x *= ~zero
         root = to_float(compensated(x, (exponent_u + exponent_v) >> 1, table))
-        root[~zero & ((u.mantissa < 0) != (v.mantissa < 0))] = np.nan
+        root[apart] = np.nan
         doublings = np.where(zero, 0, (exponent_u - exponent_v) >> 1)
         return root, angle + ln2_multiple(doublings, self.angle_bits)
 
@@ -251,7 +284,7 @@ def standard_table(unit: Cau, m: int) -> StepTable:
 
 
 @cache
-def implicit_table(unit: Cau, m: int) -> implicit_unit.ImplicitTable:
+def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.ImplicitTable:
     """Return the kernel, the widths and the constants of the unit's implicit iterations."""
     root_free = unit.rule == "root-free"
     sequence = _sequence(m, unit, root_free)
@@ -262,5 +295,5 @@ def implicit_table(unit: Cau, m: int) -> implicit_unit.ImplicitTable:
         operand_bits=unit.operand_bits,
         fraction_bits=unit.fraction_bits,
         angle_bits=unit.angle_bits,
-        tolerance=math.ceil(largest_gap(sequence, unit.fraction_bits, unit.angle_bits)),
+        reach=reach_table(sequence, unit.fraction_bits, unit.angle_bits, slack),
     )

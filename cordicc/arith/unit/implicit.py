@@ -2,6 +2,10 @@
 
 The start vector (x, y) = (A, B) is turned until y = C; the angle turned is t, and x ends at
 sqrt(A^2 + m B^2 - m C^2).  Whether there is a solution shows at the end: y reaches C or it does not.
+
+The end of reach, |C| = R, is exact. If A or B is 0 the norm is the other one: |C| is compared with it, and at
+the end the angle is a multiple of a quarter turn.  Else the kernel turns to the end where it cannot tell it
+from the solution (`kernels.end_of_reach`).  The slack of the operands counts as the end in both cases.
 """
 
 from __future__ import annotations
@@ -12,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cordicc.arith.kernels.blocks import ZERO_EXPONENT, Scaled, joined, normalise, shifted, to_float, unpack
-from cordicc.arith.kernels.micro_rotations import quarter_turn
+from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd, quarter_turn, sign
 from cordicc.arith.kernels.reduction import compensated, ln2_multiple, sum_and_difference
 from cordicc.arith.kernels.shift_sequences import StepTable, pi_fixed
+from cordicc.arith.unit.reach import Near, ReachTable
 from cordicc.base.arrays import Bools, Floats, Int64s, Integers
 
-Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable], tuple[Integers, ...]]
+Kernel = Callable[[Integers, Integers, Integers, Integers, StepTable, NearEnd], tuple[Integers, ...]]
 
 LOG_BITS = 8
 GUARD_BITS = 8
@@ -27,7 +32,7 @@ GUARD_BITS = 8
 class ImplicitTable:
     """A kernel, its constants, whether it needs the first turn by +-90 degrees, and the unit's widths.
 
-    `tolerance` is the largest |y - C| at the end of a solved equation, in units of the block's last place.
+    `reach` tells how far y and C end apart in a solved equation, and what counts as the end of reach.
     """
 
     kernel: Kernel
@@ -36,7 +41,7 @@ class ImplicitTable:
     operand_bits: int
     fraction_bits: int
     angle_bits: int
-    tolerance: int
+    reach: ReachTable
 
     def unpack(self, values: Floats) -> Scaled:
         """Return operands as mantissas."""
@@ -64,9 +69,19 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     x *= side
     y *= side
     z = np.where(negated, -half_turn, 0)
+    quarter = (half_turn + 1) >> 1
+    near = table.reach.at(exponent)
+    # With A or B alone the norm is known: the end is where |C| is equal to it, and its angle too.
+    alone = (A == 0) | (B == 0)
+    excess = np.abs(target) - np.abs(x) - np.abs(y)
+    at_end = alone & (excess <= near.slack) & (-excess <= near.within)
+    across = sign(target) * np.where(A == 0, np.where((y < 0) == (target < 0), 0, half_turn), quarter)
+    end = np.where(at_end, z + across, 0)
     if table.quarter_turns:
-        x, y, z = quarter_turn(x, y, target, z, (half_turn + 1) >> 1)
-    x, y, target, z = table.kernel(x, y, target, z, table.steps)
+        x, y, z = quarter_turn(x, y, target, z, quarter)
+    turning = NearEnd(np.where(alone, NEVER, near.height), near.width)
+    x, y, target, z = table.kernel(x, y, target, z, table.steps, turning)
+    z, x = np.where(at_end, end, z), np.where(at_end, 0, x)
     # With A = 0 < B the formula is +-acos(C/B), which has one sign.
     np.clip(
         z,
@@ -76,7 +91,8 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     )
     if branch == "+":
         z = -z
-    solved = np.abs(y - target) <= table.tolerance
+    # Where there is no solution y cannot reach the target; beyond it is where the kernel turned to the end.
+    solved = np.where(alone, excess <= near.slack, np.abs(target) - np.abs(y) <= near.short)
     solved &= (A != 0) | (B != 0)
     return _results(solved, z, Scaled(x, exponent), table)
 
@@ -106,12 +122,26 @@ def hyperbolic(branch: str, operands: list[Floats], table: ImplicitTable) -> tup
     q = Scaled(q.mantissa, np.where(q.mantissa == 0, ZERO_EXPONENT, q.exponent - doublings))
     twice_c = Scaled(c.mantissa, c.exponent + 1)
     x, y, target, exponent = _vector_of(p, q, twice_c, table)
-    x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps)
+    near = table.reach.at(exponent - 1)
+    turning = NearEnd(np.where(both & (A != 0), near.height, NEVER), near.width)
+    x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps, turning)
     z += ln2_multiple(doublings, table.angle_bits)
     z *= np.where(mirrored, -1, 1)
-    possible &= np.abs(y - target) <= table.tolerance
+    alone = both & (A == 0)
+    short, known = _short_of_vertex(b, c, table)
+    at_end = alone & (short <= known.slack) & (-short <= known.within)
+    z, x = np.where(at_end, 0, z), np.where(at_end, 0, x)
+    # Without a solution y stays above the target; below it is where the kernel turned to the end.
+    reached = (y - target <= near.short) & (target - y <= near.beyond)
+    possible &= np.where(alone, short <= known.slack, reached)
     possible &= (c.mantissa != 0) | (q.mantissa != 0)
     return _results(possible, z, Scaled(x, exponent - 1), table)
+
+
+def _short_of_vertex(b: Scaled, c: Scaled, table: ImplicitTable) -> tuple[Int64s, Near]:
+    """Return by how much |C| falls short of |B|, the least of |B cosh t|, and what counts as equal."""
+    (b_size, c_size), exponent = joined((b, c), table.operand_bits, table.fraction_bits)
+    return np.abs(b_size) - np.abs(c_size), table.reach.at(exponent)
 
 
 def _results(solved: Bools, angle: Int64s, rest: Scaled, table: ImplicitTable) -> tuple[Floats, Floats]:

@@ -15,6 +15,10 @@ which moves p E + q/E by 2^-F S; then x, y and C to places, after eight guard bi
 (1/2 + 2^-8) e^0.9 and C by 1/2 + 2^-8, counted twice for equations that lose their solution by it. On the way
 from psi to theta both |x| and |y| are at most S + H, so the last angle a adds at most (S + H) (e^a - 1).
 
+The end of reach. Where |C| is within the kernel's depth of N = R or sqrt(B^2 - A^2), see `end_of_reach`, the
+unit may deliver the end instead: the residual is then at most that depth, and the angle is off by about
+sqrt(2 depth/N) at most. With A or B alone the norm is known, and it delivers the end within the slack only.
+
 Second result, both. With h the bound of |y(psi) - C|, alignment included, and w the exact result, x^2 differs
 from w^2 by at most d = 2 |C| h + h^2, so x from w by at most d/w and sqrt d, and the roundings.
 """
@@ -27,6 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cordicc.arith.kernels.circular_bound import implicit_residual_bound
+from cordicc.arith.kernels.end_of_reach import EndOfReach, end_of_reach
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH, near_target
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 from cordicc.arith.kernels.shift_sequences import Sequence, root_free, standard
@@ -47,18 +52,42 @@ class ImplicitUnitBound:
 
     `residual` bounds |B cos t + A sin t - C|, `across` the same before the angle table's rounding, `along`
     what the second result is off besides. The norm in `LengthBound.error` is hypot(A, B), or S for m = -1,
-    the larger of |C| and the second result.
+    the larger of |C| and the second result. All but `rest` hold where the unit does not deliver the end of
+    reach instead, that is beyond `depth` of it; `end` tells what the kernel is off there.
     """
 
     residual: LengthBound
     across: LengthBound
     along: LengthBound
+    end: EndOfReach
 
-    def rest(self, norm: Floats, target: Floats, rest: Floats, place: Floats) -> Floats:
-        """Return the bound of the second result's error, from C and the exact second result."""
+    def depth(self, place: Floats, slack: Floats | float, alone: bool) -> Floats:
+        """Return the largest ||C| - N| at which the unit delivers the end, in the operands' unit.
+
+        Args:
+            place: the value of the block's last place.
+            slack: what counts as the end before it, in the operands' unit.
+            alone: whether A or B is 0.
+        """
+        known = np.asarray(slack, dtype=np.float64)
+        return known if alone else np.asarray(self.end.depth(known / place) * place)
+
+    def rest(
+        self, norm: Floats, target: Floats, rest: Floats, place: Floats, depth: Floats | float = 0.0
+    ) -> Floats:
+        """Return the bound of the second result's error, from C and the exact second result.
+
+        A result that may be that of the end is off by its depth there.
+        """
         near = self.across.error(norm, place)
+        near = np.where(rest <= end_rest(norm, depth), np.maximum(near, depth), near)
         change = near * (2 * np.abs(target) + near)
         return np.asarray(change / np.maximum(rest, np.sqrt(change)) + self.along.error(norm, place))
+
+
+def end_rest(norm: Floats, depth: Floats | float) -> Floats:
+    """Return the second result at a depth from the end; the norm is R, or for m = -1 at least |C|."""
+    return np.asarray(np.sqrt(depth * (2 * norm + depth)) * (1 + 2.0**-40))
 
 
 def implicit_bound(unit: Cau, m: int) -> ImplicitUnitBound:
@@ -87,6 +116,7 @@ def _circular(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
         composed(kernel.last_angle + kernel.angle_rounding, places),
         composed(kernel.last_angle, places),
         composed(constant, kernel.vector_rounding + math.sqrt(0.5) + PRODUCT_ROUNDING),
+        end_of_reach(sequence, unit.fraction_bits, unit.angle_bits),
     )
 
 
@@ -103,4 +133,5 @@ def _hyperbolic(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
     along = place * (vector + HYPERBOLIC_ALIGNMENT + PRODUCT_ROUNDING) + gain_error(
         sequence, implicit_table(unit, sequence.m).steps
     )
-    return ImplicitUnitBound(composed(flat + angle), composed(flat + kernel.angle), composed(along))
+    end = end_of_reach(sequence, unit.fraction_bits, unit.angle_bits)
+    return ImplicitUnitBound(composed(flat + angle), composed(flat + kernel.angle), composed(along), end)

@@ -6,12 +6,14 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.fixed_point import SHIFT_LIMIT, WIDTHS, FixedPoint
 from cordicc.arith.numbers.fixed_system import WRAP_GUARD_BITS, FixedSystem, wraps_in_int64
 from cordicc.arith.numbers.formats import NumberFormat
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 from cordicc.backends.c.c_sections import int64
 
@@ -70,7 +72,9 @@ class CFixedPoint:
             return self._rounded(chosen, _bits(a), to)
         if op == "guard":
             test = KEPT[params["condition"]]
-            kept = f"{second.text} {test} 0 ? {self._word(a, to)} : {self.invalid(to)}"
+            slack = math.floor(Fraction(slack_of(params).beyond) * Fraction(2) ** _bits(second))
+            least = -min(slack, _fixed(second.format).largest_word)
+            kept = f"{second.text} {test} {least} ? {self._word(a, to)} : {self.invalid(to)}"
             return kept if test else self._word(a, to)
         if op == "shift":
             return self._rounded(a.text, _bits(a) - int(params["exponent"]), to)
@@ -128,8 +132,16 @@ class CFixedPoint:
         return self._rounded(f"{high} * {int64(1 << min(lift, _MOST_LIFT))} + {low}", fraction, to)
 
     def _compared(self, a: COperand, test: str, b: COperand) -> str:
-        """Compare words; 32 places tell the lesser of any two apart."""
+        """Compare words; 32 places tell the lesser of any two apart.
+
+        A constant that no word of the other format reaches decides; compilers warn of such comparisons.
+        """
         spread = max(-32, min(32, _bits(a) - _bits(b)))
+        for constant, lift, other, met in ((b, spread, a, "<"), (a, -spread, b, ">")):
+            if constant.constant and lift >= 0:
+                reached = int(constant.text.strip("()")) << lift
+                if abs(reached) > _fixed(other.format).largest_word:
+                    return str(int((reached > 0) == (test == met)))
         left, right = f"(int64_t){a.text}", f"(int64_t){b.text}"
         if spread > 0:
             right += f" * {int64(1 << spread)}"

@@ -23,6 +23,7 @@ from cordicc.backends.c.c_fixed import CannotEmit, CFixedPoint
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.backends.c.c_sections import Library, render
 from cordicc.backends.c.c_single import CSinglePrecision
+from cordicc.backends.labels import shown_range
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Operand, Operation, Plan, dependence_order
 from cordicc.targets.target import CAU_KINDS
@@ -110,7 +111,8 @@ class _ModelTexts:
         for at, item in enumerate(self.plan.problem.inputs):
             name = item.name
             format_ = self.formats[name]
-            about = [self.words.describe(format_), f"{item.lo!r} to {item.hi!r}", item.unit or ""]
+            shown = shown_range(item)
+            about = [self.words.describe(format_), f"{shown.lo!r} to {shown.hi!r}", shown.unit]
             yield {
                 "name": name,
                 "member": self.terms[name].text.removeprefix("in->"),
@@ -174,7 +176,7 @@ class _ModelTexts:
         (name,) = operation.results
         assert name is not None
         result = self.terms[name]
-        value = self.words.calculate(operation.op, operation.params, terms, result.format)
+        value = self.words.calculate(operation.op, operation.settings, terms, result.format)
         if valid != "1":
             value = f"{valid} ? ({value}) : {self.words.invalid(result.format)}"
         return f"    const {self.words.ctype} {result.text} = {value};"
@@ -187,7 +189,13 @@ class _ModelTexts:
         self.unit_needs |= {function: None, "nothing": None}
         if section == "rotate_circular":
             self.words.phases.append(self.words.exponents(terms[2].format))
-        both = f"unit_{self.plan.operations.index(operation)}"
+        number = self.plan.operations.index(operation)
+        cau = self.arithmetic.caus[operation.kind]
+        table = units.slack_table(operation.op, operation.params, operation.slack, cau, f"slack_{number}")
+        if table is not None:
+            yield f"    {table.declaration}"
+            more = [*more, *table.arguments]
+        both = f"unit_{number}"
         arguments = ", ".join([*(self.words.unpack(term) for term in terms), *more])
         yield f"    const pair {both} = {valid} ? {function}({arguments}) : nothing;"
         for at, name in enumerate(operation.results):

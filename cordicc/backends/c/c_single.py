@@ -15,6 +15,7 @@ from typing import Any
 
 from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL, SingleSystem
 from cordicc.arith.numbers.formats import PI_SLACK, SINGLE, SINGLE_PI, NumberFormat
+from cordicc.arith.numbers.slack import slack_of
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
 
 _SYMBOLS = {"add": "+", "sub": "-", "mul": "*"}
@@ -62,8 +63,9 @@ class CSinglePrecision:
         if op == "select":
             return f"{a} >= 0 ? {texts[1]} : {texts[2]}"
         if op == "guard":
-            test = KEPT[params["condition"]]
-            return f"{texts[1]} {test} 0 ? {a} : NAN" if test else a
+            test, slack = KEPT[params["condition"]], slack_of(params).beyond
+            least = (-slack).hex() if slack else "0"
+            return f"{texts[1]} {test} {least} ? {a} : NAN" if test else a
         if op == "shift":
             return f"{self._use('single_scaled', 'times_power')}({a}, {params['exponent']})"
         if op == "neg":

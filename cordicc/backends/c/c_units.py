@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.kernels.micro_rotations import limbs
+from cordicc.arith.kernels.micro_rotations import NEVER, limbs
 from cordicc.arith.kernels.reduction import PHASE_EXPONENTS, SCALE_BITS, TAU_BITS, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
+from cordicc.arith.numbers.slack import Slack
 from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
+from cordicc.backends.c.c_sections import int64
 from cordicc.targets.target import SYSTEMS
 
 
@@ -85,12 +87,9 @@ class Steps:
 def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
     """Return what the template of a unit's functions needs."""
     tables = {name: standard_table(cau, m) for m, name in SYSTEMS.items()}
-    tolerance = {}
     if cau.rule is not None:
         for m in (1, -1):
-            implicit = implicit_table(cau, m)
-            tables[f"implicit_{SYSTEMS[m]}"] = implicit.steps
-            tolerance[f"implicit_{SYSTEMS[m]}"] = implicit.tolerance
+            tables[f"implicit_{SYSTEMS[m]}"] = implicit_table(cau, m).steps
     quarter = pi_fixed(TAU_BITS + 1)
     return {
         "u": prefix,
@@ -99,11 +98,17 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "A": cau.angle_bits,
         "OB": cau.operand_bits,
         "steps": {name: Steps(table) for name, table in tables.items()},
-        "tolerance": tolerance,
+        "never": NEVER,
         "pi": pi_fixed(cau.angle_bits),
+        "to_16_bits": _to_16_bits("angle", cau.angle_bits),
         "inverse_ln2": inverse_ln2_fixed(30),
         "quarter": product(quarter, TAU_BITS + 3, cau.angle_bits),
     }
+
+
+def _to_16_bits(angle: str, bits: int) -> str:
+    """Return an angle with so many fraction bits as one with 16."""
+    return f"shift_down({angle}, {bits - 16})" if bits >= 16 else f"{angle} * {int64(1 << (16 - bits))}"
 
 
 def phase_table(exponents: Sequence[range]) -> dict[str, Any]:
@@ -126,3 +131,31 @@ def function(op: str, params: Mapping[str, Any]) -> tuple[str, list[str]]:
         branch = {"+": 1, "-": -1, "none": 0}[params["branch"]]
         return f"solve_{system}", [str(branch if params["m"] == -1 else int(branch > 0))]
     return (op if op == "lightcone" else f"{op}_{system}"), []
+
+
+@dataclass(frozen=True, slots=True)
+class SlackTable:
+    """A table that a call takes, as a declaration, and the arguments that hand it over."""
+
+    declaration: str
+    arguments: tuple[str, ...]
+
+
+def slack_table(op: str, params: Mapping[str, Any], slack: Slack, cau: Cau, name: str) -> SlackTable | None:
+    """Return what an operation holds of its slack, None if its domain has no border."""
+    if op == "implicit":
+        reach = implicit_table(cau, params["m"], slack).reach
+        columns = (column.tolist() for column in reach.columns)
+        rows = ", ".join(f"{{{_listed(row)}}}" for row in zip(*columns, strict=True))
+        declaration = f"static const reach {name}[] = {{{rows}}};"
+        return SlackTable(declaration, (name, str(reach.rows.first), str(reach.rows.count - 1)))
+    if op == "lightcone" or (op == "vector" and params["m"] == -1):
+        exponents, places = cau.root_slack(slack)
+        declaration = f"static const int64_t {name}[] = {{{_listed(places.tolist())}}};"
+        ends = (str(exponents.first), str(exponents.count - 1), str(int(slack.relative)))
+        return SlackTable(declaration, (name, *ends))
+    return None
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(int64(number) for number in numbers)

@@ -82,8 +82,8 @@ def _slots(plan: Plan) -> dict[str, Slot]:
 def _shapes(plan: Plan, layers: dict[str, int]) -> list[Shape]:
     shapes = []
     for item in plan.problem.inputs:
-        box, unit = f"in.{item.name}", f" {item.unit}" if item.unit else ""
-        tip = f"input {item.name}: {item.lo} to {item.hi}{unit}"
+        box, shown = f"in.{item.name}", labels.shown_range(item)
+        tip = f"input {item.name}: {shown.lo} to {shown.hi} {shown.unit}".rstrip()
         shapes.append(name_shape(box, "input", item.name, tip, layers[box]))
     shapes += [operation_shape(item, layers[f"op.{item.id}"]) for item in plan.operations]
     shapes += [fifo_shape(item, layers[f"fifo.{item.id}"]) for item in plan.fifos]

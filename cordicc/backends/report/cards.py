@@ -69,6 +69,8 @@ class Cards:
             facts.insert(0, ("From the equation of", math(name(operation.equation))))
         if operation.id in self.errors:
             facts.append(("Own error", self.errors[operation.id]))
+        if operation.end_error is not None:
+            facts.append(("Angle near |C| = R", labels.end_of_reach(operation)))
         title = f"{operation.id}: {labels.function(operation)}"
         formulas = tuple(math(each) for each in self.formulas.of(operation))
         return About(f"op.{operation.id}", title, formulas, tuple(facts), operation.derivation)
@@ -135,9 +137,9 @@ def _through(connection: Connection, before: str) -> str:
 
 
 def _input(item: PlanInput) -> About:
-    unit = f" {item.unit}" if item.unit else ""
-    ends = " to ".join(labels.constant(str(end)) for end in (item.lo, item.hi))
-    facts = (("Range", f"{ends}{unit}"), ("Accepted in", "cycle 0"))
+    shown = labels.shown_range(item)
+    ends = " to ".join(labels.constant(str(end)) for end in (shown.lo, shown.hi))
+    facts = (("Range", f"{ends} {shown.unit}".rstrip()), ("Accepted in", "cycle 0"))
     return About(f"in.{item.name}", f"input {item.name}", (), facts)
 
 

@@ -12,8 +12,8 @@ from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends import labels
 from cordicc.base.text_tables import percent
 from cordicc.plan.model import Plan
-from cordicc.plan.origin import PlanUnitKind
-from cordicc.plan.stated_accuracy import OutputAccuracy
+from cordicc.plan.origin import PlanCheck, PlanUnitKind
+from cordicc.plan.stated_accuracy import CheckFigures, OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
 
 DASH = "—"
@@ -39,6 +39,19 @@ class Accuracy:
     bound: str
     within: str
     where: str
+
+
+@dataclass(frozen=True, slots=True)
+class CheckRow:
+    """A row of the table of checks, as text; `worst` is the sample of the largest."""
+
+    name: str
+    text: str
+    most: str
+    rms: str
+    allowed: str
+    undefined: str
+    worst: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +145,25 @@ def _accuracy(name: str, known: OutputAccuracy | None, unit: str) -> Accuracy:
     return Accuracy(name, most, rms, _error(bound.value, unit), within, ", ".join(note))
 
 
+def checks(plan: Plan) -> list[CheckRow]:
+    """Return how far the checks are from 0."""
+    return [_check(plan.problem.check(name), figures) for name, figures in plan.checks.items()]
+
+
+def _check(check: PlanCheck, figures: CheckFigures) -> CheckRow:
+    unit = f" {check.unit}" if check.unit else ""
+    seen, worst = figures.observed, figures.worst_input or {}
+    return CheckRow(
+        check.name,
+        check.text,
+        _error(seen.max, unit),
+        _error(seen.rms, unit),
+        _error(check.max, unit),
+        str(figures.undefined) if figures.undefined else DASH,
+        ", ".join(f"{name} = {number:.6g}" for name, number in worst.items()) or DASH,
+    )
+
+
 def _error(value: float | None, unit: str) -> str:
     return DASH if value is None else f"{value:.3e}{unit}"
 
@@ -190,12 +222,17 @@ def _target_unit(kind: str, used: int, unit: PlanUnitKind) -> TargetUnit:
 
 
 def chosen(plan: Plan) -> str:
-    """Say how the operations were chosen."""
+    """Say how the operations were chosen, and what was not among the alternatives."""
+    return _found(plan) + "".join(f"; left out: {words}" for words in plan.selection.left_out)
+
+
+def _found(plan: Plan) -> str:
     if not plan.selection.searched:
         return "as the rules give them, without a search for others"
     if plan.selection.proven:
         return "proven the cheapest of the alternatives found"
-    return "the cheapest of the alternatives found, without a proof"
+    more = f"; {labels.turned_down(plan)}" if plan.selection.turned_down else ""
+    return f"the cheapest of the alternatives found, without a proof{more}"
 
 
 def assumptions(plan: Plan) -> Sequence[tuple[str, bool]]:

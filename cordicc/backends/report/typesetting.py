@@ -7,6 +7,7 @@ import re
 from cordicc.backends.text import mathml
 from cordicc.backends.text.mathml import Formula
 from cordicc.expressions.lexer import ExpressionError
+from cordicc.expressions.quantities import FACTORS
 from cordicc.expressions.syntax import (
     Call,
     Expr,
@@ -90,8 +91,8 @@ def _tree(expr: Expr) -> Formula:
 
 def _node(expr: Expr, parts: list[Formula]) -> Formula:
     match expr:
-        case Number(value):
-            return mathml.number(value)
+        case Number(value, unit=unit):
+            return mathml.quantity(value / FACTORS[unit], unit) if unit else mathml.number(value)
         case Name(name):
             signs = {"deg": "°", _DOTS: "⋯"}
             return mathml.words(signs[name]) if name in signs else mathml.name(name)

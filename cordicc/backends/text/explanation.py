@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cordicc.backends.labels import MOST, most_within
+from cordicc.backends.labels import MOST, most_within, turned_down
 from cordicc.backends.text.formulas import Formulas
 from cordicc.backends.text.recognition import Recognised, recognised
 from cordicc.backends.text.summary import count
@@ -42,6 +42,8 @@ def explanation(plan: Plan) -> Sheet:
     blocks.append(Heading("Why there is no cheaper plan" if known else "What is known of cheaper plans"))
     blocks.append(Facts(tuple(_reasons(plan, formulas))))
     blocks += [Heading("How accurate it is"), Facts(tuple(_accuracy(plan)))]
+    if plan.checks:
+        blocks += [Heading("What is 0 on a perfect answer"), Facts(tuple(_checks(plan)))]
     return Sheet(f"{plan.name} on {plan.target.name}", tuple(blocks))
 
 
@@ -140,9 +142,17 @@ def _reasons(plan: Plan, formulas: Formulas) -> Iterator[tuple[str, str]]:
 
 
 def _choice(plan: Plan) -> str:
+    """Say how the operations were chosen, and what was not among the alternatives."""
+    left_out = "".join(f"; left out: {words}" for words in plan.selection.left_out)
+    return _found(plan) + left_out
+
+
+def _found(plan: Plan) -> str:
     if not plan.selection.searched:
         return "as the rules give them; alternatives were not searched, so other operations may be cheaper"
     found = "the cheapest of the alternatives that rewriting finds, each proven equal to the equations"
+    if plan.selection.turned_down:
+        found += f"; {turned_down(plan)}"
     if plan.selection.proven:
         return f"{found}; constraint programming proves that no set of these is cheaper"
     return f"{found}; not proven the cheapest of these"
@@ -222,6 +232,23 @@ def _accuracy(plan: Plan) -> Iterator[tuple[str, str]]:
             yield name, "not measured"
         else:
             yield name, f"{_seen(figures.observed, unit)}; {_bound(figures, unit)}"
+
+
+def _checks(plan: Plan) -> Iterator[tuple[str, str]]:
+    """Yield how far each check is from 0."""
+    for name, figures in plan.checks.items():
+        check, seen = plan.problem.check(name), figures.observed
+        unit = f" {check.unit}" if check.unit else ""
+        if seen.max is None:
+            yield name, "no valid sample has a value"
+            continue
+        allowed = "" if check.max is None else f"; at most {check.max:.3g}{unit} is allowed"
+        missing = f"; {count(figures.undefined, 'sample')} without a value" if figures.undefined else ""
+        yield (
+            name,
+            f"{check.text}: largest {seen.max:.3g}{unit} and rms {seen.rms:.3g}{unit} on the default samples"
+            f"{allowed}{missing}",
+        )
 
 
 def _seen(seen: SeenErrors, unit: str) -> str:

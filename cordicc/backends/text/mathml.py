@@ -142,6 +142,13 @@ def _number(value: Fraction) -> Formula:
     return Formula(f"<mn>{text}</mn>", text, look="number")
 
 
+def quantity(value: Fraction, unit: str) -> Formula:
+    """Return a number with its unit."""
+    made = _number(value)
+    sign = "°" if unit == "deg" else f"\u00a0{unit}"
+    return Formula(_row(f"{made.markup}<mtext>{sign}</mtext>"), f"{made.text} {unit}", PRODUCT)
+
+
 def negative(operand: Formula) -> Formula:
     """Return -operand."""
     inner = operand.within(PRODUCT)

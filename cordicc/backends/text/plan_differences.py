@@ -80,6 +80,8 @@ def _problem(plan: Plan) -> Iterator[tuple[str, Any]]:
         yield f"equation {equation.target}", equation.text
     for output in plan.problem.outputs:
         yield f"output {output.name}", f"max_error {output.max_error}, wrap {output.wrap}"
+    for check in plan.problem.checks:
+        yield f"check {check.name}", f"{check.text}, max {check.max}, unit {check.unit}"
 
 
 def _accuracy(plan: Plan) -> Iterator[tuple[str, Any]]:
@@ -87,6 +89,13 @@ def _accuracy(plan: Plan) -> Iterator[tuple[str, Any]]:
         yield f"{name}, largest error", figures.observed.max
         yield f"{name}, rms error", figures.observed.rms
         yield f"{name}, bound", None if figures.bound is None else figures.bound.value
+
+
+def _checks(plan: Plan) -> Iterator[tuple[str, Any]]:
+    for name, figures in plan.checks.items():
+        yield f"{name}, largest", figures.observed.max
+        yield f"{name}, rms", figures.observed.rms
+        yield f"{name}, samples without a value", figures.undefined
 
 
 def _units(plan: Plan) -> Iterator[tuple[str, Any]]:
@@ -102,6 +111,7 @@ _SECTIONS = {
     "units of the target": _units,
     "figures": _figures,
     "accuracy": _accuracy,
+    "checks": _checks,
 }
 
 

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 from cordicc.arith.numbers.fixed_system import FixedSystem
-from cordicc.backends.labels import MOST, duration, most_within, proof
-from cordicc.base.text_tables import Facts, Sheet, Table, percent
+from cordicc.backends.labels import (
+    MOST,
+    duration,
+    end_of_reach,
+    most_within,
+    needs_effort,
+    proof,
+    turned_down,
+)
+from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
-from cordicc.plan.stated_accuracy import StatedBound
+from cordicc.plan.origin import PlanProblem
+from cordicc.plan.stated_accuracy import CheckFigures, StatedBound
 from cordicc.targets.target import CAU_KINDS
 
 
@@ -28,6 +39,7 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
         ("processors", f"{count(caus['total'], 'CAU')}: {by_kind} ({proven['processors']})"),
         ("operators", ", ".join(others) or "none"),
         ("chosen", _chosen(plan)),
+        *_left_out(plan),
         (
             "latency",
             f"{count(plan.latency_cycles, 'cycle')}, {duration(plan.latency_seconds)} ({proven['latency']})",
@@ -43,16 +55,48 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
     words = plan.arithmetic.system
     if isinstance(words, FixedSystem):
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
-    end = ("", f"  {last}") if last else ()
+    end = (*_ends(plan), *(("", f"  {last}") if last else ()))
     title = f"{plan.name} on {plan.target.name}"
-    return Sheet(title, (Facts(tuple(rows)), "", _accuracy(plan), *end))
+    tables = (_accuracy(plan), *checks_table(plan.problem, plan.checks), *_ends_of_reach(plan))
+    return Sheet(title, (Facts(tuple(rows)), "", *tables, *end))
+
+
+def _ends(plan: Plan) -> Iterator[str]:
+    """Yield lines that say where the accuracy of outputs ends, each denominator once."""
+    outputs: dict[tuple[str, str], list[str]] = {}
+    below: dict[tuple[str, str], float] = {}
+    for name, figures in plan.accuracy.items():
+        for end in figures.ends:
+            key = (end.size, end.equation)
+            outputs.setdefault(key, []).append(name)
+            below[key] = max(end.below, below.get(key, 0.0))
+    for (size, equation), names in outputs.items():
+        listed = ", ".join(dict.fromkeys(names))
+        yield f"  accuracy of {listed} ends where {size} < {below[size, equation]:.2g} in the {equation}"
+
+
+def _ends_of_reach(plan: Plan) -> tuple[Block, ...]:
+    """Return what angles are off near the end of reach, where samples may come near it."""
+    told = [(o, end_of_reach(o)) for o in plan.operations if o.end_error is not None]
+    if not told:
+        return ()
+    rows = tuple((operation.equation or operation.id, text) for operation, text in told)
+    return ("", "  near the end of reach, |C| = R, the angle of the equation of", Facts(rows, indent=4))
 
 
 def _chosen(plan: Plan) -> str:
     """Say how the operations were chosen."""
     if not plan.selection.searched:
-        return "as the rules give them, without a search"
+        return "as the equations give them, without a search"
     return "the cheapest of the alternatives found, " + ("proven" if plan.selection.proven else "not proven")
+
+
+def _left_out(plan: Plan) -> list[tuple[str, str]]:
+    """Say what was not among the alternatives, and how to get more."""
+    rows = [("  left out", words) for words in plan.selection.left_out]
+    if needs_effort(plan):
+        rows.append(("  for more", f"a larger --effort than {plan.options.effort or 1:g}"))
+    return rows
 
 
 def explanation_text(plan: Plan) -> str:
@@ -62,6 +106,8 @@ def explanation_text(plan: Plan) -> str:
         source = f"from the equation of {operation.equation}" if operation.equation else "from no equation"
         lines.append(f"  {operation.id}  {operation.mode} on {operation.unit}, {source}")
         lines += [f"      {step}" for step in operation.derivation]
+    if plan.selection.turned_down:
+        lines += ["", f"  {turned_down(plan)}"]
     return "\n".join(lines) + "\n"
 
 
@@ -81,10 +127,27 @@ def _bound(bound: StatedBound | None, unit: str) -> str:
 ACCURACY_HEADER = ("output", "largest error", "rms error", "bound")
 
 
+def checks_table(problem: PlanProblem, found: Mapping[str, CheckFigures]) -> tuple[Block, ...]:
+    """Return an empty line and a table of how far checks are from 0; nothing where there are none."""
+    rows: list[tuple[str, ...]] = []
+    for name, figures in found.items():
+        check, seen = problem.check(name), figures.observed
+        unit = f" {check.unit}" if check.unit else ""
+        allowed = "-" if check.max is None else figure(check.max, unit)
+        missing = "none" if not figures.undefined else count(figures.undefined, "sample")
+        rows.append((name, figure(seen.max, unit), figure(seen.rms, unit), allowed, missing))
+    header: tuple[str, ...] = ("check", "largest", "rms", "max", "without a value")
+    if not any(figures.undefined for figures in found.values()):
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    return ("", Table(header, tuple(rows))) if rows else ()
+
+
 def _accuracy(plan: Plan) -> Table:
     any_bound = any(most_within(figures.bound) is not None for figures in plan.accuracy.values())
     rows: list[tuple[str, ...]] = []
     for output in plan.problem.outputs:
+        if output.name not in plan.accuracy:
+            continue  # a plan that was not run
         figures = plan.accuracy[output.name]
         unit = " rad" if output.is_angle else ""
         seen, bound = figures.observed, figures.bound

@@ -9,7 +9,7 @@ from itertools import product
 
 from cordicc.base.diagnostics import Report, Span
 from cordicc.expressions.syntax import Relation, postorder
-from cordicc.frontend.plain.plain_equation import ParsedEquation
+from cordicc.frontend.plain.plain_equation import CHECK, ParsedEquation
 from cordicc.frontend.solving.solve import SolveRequest
 from cordicc.frontend.trees import renamed
 
@@ -47,7 +47,8 @@ def with_alternatives(
             continue
         nodes += _size(equation) << min(len(own), MAX_CHOICES)
         if len(own) > MAX_CHOICES or nodes > MAX_NODES:
-            message = f"'{equation.target}' depends on more than {MAX_CHOICES} solves with all branches"
+            shown = equation.target.removeprefix(CHECK)
+            message = f"'{shown}' depends on more than {MAX_CHOICES} solves with all branches"
             if len(own) <= MAX_CHOICES:
                 message = f"all branches make equations of more than {MAX_NODES} operations"
             report.error("E104", message, equation.span, "choose a branch for some of them")

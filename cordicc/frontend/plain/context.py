@@ -20,8 +20,9 @@ TARGET = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)")
 class EquationContext:
     """What the equations of a file have in common.
 
-    `scope` has the constants; `vectors` the dimensions of vectors, 0 for frames; `all_branches` asks
-    for both branches of every solve that has one; `joints` counts those of all tables.
+    `scope` has the constants, for angles that are quarter turns; `vectors` the dimensions of vectors, 0
+    for frames; `all_branches` asks for both branches of every solve that has one; `joints` counts those
+    of all tables.
     """
 
     scope: Scope

@@ -9,6 +9,9 @@ from cordicc.expressions.syntax import Expr, names
 from cordicc.frontend.scope import Text
 from cordicc.frontend.solving.solve import SolveRequest
 
+CHECK = "check."
+"""Before the name of a check where it is an equation: names that users write have no dot."""
+
 
 @dataclass(frozen=True, slots=True)
 class ParsedEquation:
@@ -27,6 +30,11 @@ class ParsedEquation:
     label: str = ""
     hidden: bool = False
     depends: frozenset[str] | None = None
+
+    @property
+    def of_check(self) -> bool:
+        """Tell whether this is a check or a part of one."""
+        return self.target.startswith(CHECK)
 
     @property
     def names(self) -> frozenset[str]:

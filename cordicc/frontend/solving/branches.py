@@ -53,7 +53,7 @@ def excess(condition: Relation) -> Expr:
 
 
 def sine_of_angle(expr: Expr, unknowns: tuple[str, ...], sine: str = "sin") -> Expr:
-    """Return sin(t), or sinh(t), for an unknown t alone: in (-pi, pi] they have the same sign."""
+    """Return sin(t), or sinh(t), for an unknown t alone: inside (-pi, pi) they have the same sign."""
     inner, negative = expr, False
     while isinstance(inner, Neg):
         inner, negative = inner.operand, not negative
@@ -61,6 +61,16 @@ def sine_of_angle(expr: Expr, unknowns: tuple[str, ...], sine: str = "sin") -> E
         return expr
     made = Call(sine, (inner,), inner.at)
     return Neg(made, expr.at) if negative else made
+
+
+def sign_at_every_angle(expr: Expr, with_sine: Expr) -> Expr:
+    """Return what has the sign of an excess at pi too, where the sine of the angle is 0 but the angle is not.
+
+    Args:
+        expr: the excess as written.
+        with_sine: what `sine_of_angle` made of it.
+    """
+    return expr if isinstance(with_sine, Neg) else with_sine
 
 
 def proven_sign(value: Value, zeros: ZeroTest) -> int:
@@ -104,15 +114,21 @@ def by_condition(
     builder = scope.builder
     kept = (form.A, form.B, form.C)
     plus, minus = (emit(builder, "solve", kept, (form.system, branch)) for branch in ("+", "-"))
-    expr = sine_of_angle(excess(condition), (unknown,), "sin" if form.system == 1 else "sinh")
+    written = excess(condition)
+    expr = sine_of_angle(written, (unknown,), "sin" if form.system == 1 else "sinh")
     linear = _linear(expr, text, unknown, scope)
+    tested = sign_at_every_angle(written, expr) if form.system == 1 else expr
     if linear is not None and not any(adds_to_domain(builder.nodes, v, kept) for v in linear[:3]):
         sign, decides = _sign_of_branch(linear, form, zeros, condition.at)
         if sign:
             return plus if sign > 0 else minus
-        if decides is not None:
+        # Where what decides is 0 both solutions hold, if the sine stands for the angle.
+        if decides is not None and (tested is expr or builder.constant(form.C) != 0):
             return emit(builder, "select", [decides, plus, minus])
-    first, second = (condition_at(expr, text, {unknown: t}, form.system == 1, scope) for t in (plus, minus))
+        signs = _signs(linear, form, builder, angle=tested is not expr)
+        if signs is not None:
+            return signs.chosen(builder, plus, minus)
+    first, second = (condition_at(tested, text, {unknown: t}, form.system == 1, scope) for t in (plus, minus))
     return None if first is None or second is None else selected(builder, plus, minus, first, second)
 
 
@@ -169,6 +185,74 @@ def _sign_of_branch(
         return 0, None
     sign = proven_sign(across, zeros)
     return (sign, None) if sign else (0, across)
+
+
+@dataclass(frozen=True, slots=True)
+class _Signs:
+    """A condition on the sine or the cosine alone, by signs that no rounding of an angle disturbs.
+
+    With P and K as in `_sign_of_branch` the product of what is asked of both solutions has the sign of
+    `beyond` = |C| - |K'|, K' = B for the sine and A for the cosine: where it is negative one of them meets
+    the condition, and K tells which; where it is positive both or none do, as P tells; where it is 0 one
+    of them lies on the border.
+
+    `own`: K', `other`: A for the sine and B for the cosine.  `only_zero`: the condition is that the angle
+    is negative, and the border is met at 0 but not at pi, where C = -K'.
+    """
+
+    P: Value
+    K: Value
+    own: Value
+    other: Value
+    C: Value
+    only_zero: bool
+
+    def chosen(self, builder: Builder, plus: Value, minus: Value) -> Value:
+        """Return the solution that meets the condition, the first if both do; invalid where none does."""
+        size = emit(builder, "abs", [self.own])
+        by_K = emit(builder, "select", [self.K, plus, minus])
+        if not self.only_zero:
+            beyond = emit(builder, "sub", [emit(builder, "abs", [self.C]), size])
+            both = emit(builder, "min", [beyond, self.P])
+            value = emit(builder, "select", [both, plus, by_K])
+            some = emit(builder, "max", [self.P, emit(builder, "neg", [beyond])])
+            return emit(builder, "guard", [value, some], ("nonnegative",))
+        # C counted from 0 towards the angle 0: from there on in the one direction, from pi in the other.
+        towards = emit(builder, "flip", [self.C, self.own])
+        past_zero, before_pi = (emit(builder, op, [towards, size]) for op in ("sub", "add"))
+        # P = 0 is pi beside 0, or a double solution.
+        by_other = emit(builder, "select", [emit(builder, "neg", [self.other]), plus, minus])
+        first = emit(builder, "select", [self.P, by_other, by_K])
+        first = emit(builder, "select", [emit(builder, "neg", [self.P]), first, plus])
+        inner = emit(builder, "select", [before_pi, by_K, plus])
+        value = emit(builder, "select", [past_zero, first, inner])
+        within = emit(
+            builder, "select", [emit(builder, "neg", [before_pi]), self.P, emit(builder, "neg", [past_zero])]
+        )
+        some = emit(builder, "max", [self.P, within])
+        return emit(builder, "guard", [value, some], ("nonnegative",))
+
+
+def _signs(
+    condition: tuple[Value, Value, Value, int], form: Form, builder: Builder, *, angle: bool
+) -> _Signs | None:
+    """Return the signs that decide a condition k sin t >= 0 or k cos t >= 0; None for any other.
+
+    `angle`: it is the condition that the angle is negative, of which the sine is what is left.
+    """
+    E, F, G = (builder.constant(v) for v in condition[:3])
+    if form.system != 1 or condition[3] != 1 or G != 0 or E is None or F is None or (E == 0) == (F == 0):
+        return None
+    factor, other, own = (F, form.A, form.B) if E == 0 else (E, form.B, form.A)
+    if angle and (builder.constant(form.C) == 0 or builder.constant(own) == 0):
+        return None
+    # The sign of a product, without a multiplier.
+    P, K = emit(builder, "flip", [form.C, other]), own
+    if factor < 0:
+        P = emit(builder, "neg", [P])
+    if (factor < 0) == (E == 0):
+        K = emit(builder, "neg", [K])
+    return _Signs(P, K, own, other, form.C, angle)
 
 
 def condition_at(

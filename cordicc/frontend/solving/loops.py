@@ -15,7 +15,14 @@ from cordicc.expressions.lexer import ExpressionError
 from cordicc.expressions.syntax import Call, Expr, Neg
 from cordicc.frontend.lower import emit
 from cordicc.frontend.scope import Scope, Text
-from cordicc.frontend.solving.branches import condition_at, excess, proven_sign, selected, sine_of_angle
+from cordicc.frontend.solving.branches import (
+    condition_at,
+    excess,
+    proven_sign,
+    selected,
+    sign_at_every_angle,
+    sine_of_angle,
+)
 from cordicc.frontend.solving.polynomial import Coefficients
 from cordicc.frontend.solving.solve import SolveRequest, branch_is_valid, with_domain
 from cordicc.frontend.solving.trigsum import Multiples, TrigSum, TrigSums
@@ -141,11 +148,12 @@ class _Loop:
         if request.condition is None:
             return self.unknowns(1 if request.branch == "+" else -1)
         relation, text = request.condition
-        expr = sine_of_angle(excess(relation), request.together)
+        written = excess(relation)
+        expr = sine_of_angle(written, request.together)
         sign = self._static(expr, request.together)
         if sign:
             return self.unknowns(sign)
-        return self._at_run_time(expr, text, request, scope)
+        return self._at_run_time(sign_at_every_angle(written, expr), text, request, scope)
 
     def unknowns(self, branch: int) -> tuple[Value, Value]:
         """Return both unknowns, from the two angles less their offsets."""

@@ -19,6 +19,9 @@ _EVEN = ("cos", "cosh", "abs")
 _MODERATE = Fraction(1, 2**64)
 """The least factor that is moved out of a product, and the reciprocal of the largest."""
 
+_SUMMANDS = 8
+"""Summands among which those that cancel are looked for."""
+
 
 def power_of_two(number: Fraction) -> int | None:
     """Return n with |number| = 2**n, or None."""
@@ -121,7 +124,8 @@ class Algebra(Builder):
             return self.sub(a, minus_b[0])
         if minus_a:
             return self.sub(b, minus_a[0])
-        return self.emit("add", (a, b))
+        shorter = self._cancelled(a, b, 1)
+        return self.emit("add", (a, b)) if shorter is None else shorter
 
     def _add_constant(self, a: Value, number: Fraction) -> Value:
         if number == 0:
@@ -160,7 +164,36 @@ class Algebra(Builder):
         minus_a = self._match(a, "neg")
         if minus_a:
             return self.neg(self.add(minus_a[0], b))
-        return self.emit("sub", (a, b))
+        shorter = self._cancelled(a, b, -1)
+        return self.emit("sub", (a, b)) if shorter is None else shorter
+
+    def _cancelled(self, a: Value, b: Value, sign: int) -> Value | None:
+        """Return a + sign b where summands cancel and no more than two are left, else None."""
+        if not {self.nodes[a.node].op, self.nodes[b.node].op} & {"add", "sub"}:
+            return None
+        terms: dict[Value, int] = {}
+        todo = [(a, 1), (b, sign)]
+        leaves = 0
+        while todo:
+            value, factor = todo.pop()
+            node = self.nodes[value.node]
+            if node.op in ("add", "sub", "neg") and leaves + len(todo) < _SUMMANDS:
+                todo.append((node.operands[0], -factor if node.op == "neg" else factor))
+                todo += [(v, -factor if node.op == "sub" else factor) for v in node.operands[1:]]
+            else:
+                terms[value] = terms.get(value, 0) + factor
+                leaves += 1
+        left = sorted((v, k) for v, k in terms.items() if k)
+        if len(left) == len(terms) or len(left) > 2 or any(abs(k) != 1 for _, k in left):
+            return None
+        left.sort(key=lambda term: -term[1])
+        total = self.const(0)
+        for value, factor in left:
+            total = self.add(total, value) if factor > 0 else self.sub(total, value)
+        for value in sorted(terms):
+            if not terms[value] and self.may_fail(value):
+                total = self.guard(total, value, "any")
+        return total
 
     def neg(self, a: Value) -> Value:
         """Return -a."""
@@ -276,6 +309,18 @@ class Algebra(Builder):
         if minus and op in _ODD:
             return self.neg(self.unary(op, minus[0]))
         return self.emit(op, (a,))
+
+
+class ValueAlgebra(Algebra):
+    """Builds values alone: where they exist is kept elsewhere, and no guard is built."""
+
+    def zero_of(self, value: Value) -> Value:
+        """Return 0."""
+        return self.const(0)
+
+    def guard(self, a: Value, s: Value, condition: str) -> Value:
+        """Return a."""
+        return a
 
 
 def _constructor(op: str) -> Callable[..., Value]:

@@ -63,7 +63,10 @@ def zeros_of(store: Store, value: Value) -> frozenset[Key] | None:
 
 
 def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[Key]] | None:
-    """Return the sign of the constant and the factors that decide the sign of a polynomial."""
+    """Return the sign of the constant and the factors that decide the sign of a polynomial.
+
+    Only signs count that hold for every input: others may rest on the condition that is in question.
+    """
     if len(poly) > _TERMS:
         return None
     constant, factors = store.field.factors(poly)
@@ -72,7 +75,7 @@ def radicand_of(store: Store, poly: Poly) -> tuple[bool, frozenset[Key]] | None:
     for base, exponent in factors:
         if exponent % 2 == 0:
             continue
-        sign = store.poly_sign(base)
+        sign = store.unconditional_sign(base)
         if sign:
             positive = positive == (sign > 0)
         else:

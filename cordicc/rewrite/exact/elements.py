@@ -102,7 +102,7 @@ class ElementFinder:
             return x, field.add(z, field.scale(Fraction(sign), quotient))
         squares = under_root(field, node, operands)
         if m == 1:
-            self._signs.know(squares, 1)
+            self._signs.know(squares, 1, int(all(self._known.is_total(v) for v in node.operands[:2])))
         return square_root(self._known, squares), None
 
     def _sign_element(self, value: Value) -> Element:

@@ -32,13 +32,11 @@ Factors = tuple[Any, list[tuple[Poly, int]]]
 """A constant, and polynomials with their exponents."""
 
 MOST_TERMS = 4_000
-"""Terms of a numerator and a denominator together; larger elements are given up."""
+"""Terms of a numerator and a denominator together; larger elements are given up.  Twice as many may a
+polynomial have whose squares of roots are still to be written out."""
 
 _PRODUCT = 100_000
 """Products of terms in one multiplication."""
-
-_REDUCED = 2 * MOST_TERMS
-"""Terms of a polynomial whose squares of roots are still written out."""
 
 _SHORT = 16
 """Terms of relations that are divided by."""
@@ -107,8 +105,13 @@ def _flint(number: Fraction) -> Any:
 class Field:
     """The generators with their relations, and arithmetic on elements."""
 
-    def __init__(self, free: int, pairs: int, roots: int) -> None:
-        """Reserve generators: `free` ones, sines and signs (`pairs`), and square roots."""
+    def __init__(self, free: int, pairs: int, roots: int, work: float = 1.0) -> None:
+        """Reserve generators: `free` ones, sines and signs (`pairs`), and square roots.
+
+        `work` multiplies the sizes up to which elements are calculated; `given_up` counts what outgrew them.
+        """
+        self._most_terms, self._most_products = int(MOST_TERMS * work), int(_PRODUCT * work)
+        self.given_up = 0
         # Lexicographic, later roots first: r^2 - radicand has r^2 as its leading term.
         names = [
             *(f"r{i}" for i in reversed(range(roots))),
@@ -146,13 +149,13 @@ class Field:
     def free(self) -> int:
         """Return a new free generator."""
         if not self._free_left:
-            raise TooLarge
+            raise self._outgrown()
         return self._free_left.pop(0)
 
     def pair(self, m: int) -> tuple[int, int, Element, Element]:
         """Return generators c and s with c^2 + m s^2 = 1 for display, and the elements they stand for."""
         if not self._pairs_left:
-            raise TooLarge
+            raise self._outgrown()
         tangent, cosine, sine = self.free(), self.free(), self._pairs_left.pop(0)
         self._relations[sine] = self._gens[sine] ** 2 - m * (1 - self._gens[cosine] ** 2)
         self.half_angles.add(tangent, cosine, sine, m)
@@ -192,7 +195,7 @@ class Field:
     def sign(self) -> int:
         """Return a new generator with square 1."""
         if not self._pairs_left:
-            raise TooLarge
+            raise self._outgrown()
         index = self._pairs_left.pop(0)
         self._relations[index] = self._gens[index] ** 2 - 1
         return index
@@ -205,7 +208,7 @@ class Field:
             if number is not None:
                 return Element(self._gens[index] * _flint(number), self.one)
         if not self._roots_left:
-            raise TooLarge
+            raise self._outgrown()
         index = self._roots_left.pop(0)
         self.radicands[index] = radicand
         self._relations[index] = self._gens[index] ** 2 - radicand
@@ -223,8 +226,8 @@ class Field:
         degrees = poly.degrees()
         for index in sorted(self._relations):
             if degrees[index] > 1:
-                if len(poly) > _REDUCED:
-                    raise TooLarge
+                if len(poly) > 2 * self._most_terms:
+                    raise self._outgrown()
                 if index in self._facts:
                     self.touched.add(self._facts[index])
                 poly = self._remainder(poly, index, degrees[index])
@@ -242,11 +245,14 @@ class Field:
         """Return the reduced product."""
         return self.reduce(self._multiplied(a, b))
 
-    @staticmethod
-    def _multiplied(a: Poly, b: Poly) -> Poly:
-        if len(a) * len(b) > _PRODUCT:
-            raise TooLarge
+    def _multiplied(self, a: Poly, b: Poly) -> Poly:
+        if len(a) * len(b) > self._most_products:
+            raise self._outgrown()
         return a * b
+
+    def _outgrown(self) -> TooLarge:
+        self.given_up += 1
+        return TooLarge()
 
     def fraction(self, num: Poly, den: Poly) -> Element:
         """Return num/den, for a denominator of free generators.  Raises TooLarge."""
@@ -266,8 +272,8 @@ class Field:
         den = self._denominators.product(powers)
         lead = num.leading_coefficient()
         bits = int(lead.numerator).bit_length() + int(lead.denominator).bit_length()
-        if len(num) + len(den) > MOST_TERMS or bits > _BITS:
-            raise TooLarge
+        if len(num) + len(den) > self._most_terms or bits > _BITS:
+            raise self._outgrown()
         return Element(num, den, powers)
 
     def add(self, a: Element, b: Element) -> Element:

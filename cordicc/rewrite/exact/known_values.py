@@ -43,6 +43,10 @@ class KnownValues(EnclosedValues, Protocol):
         """Return the sign of a polynomial."""
         ...
 
+    def is_total(self, value: Value) -> bool:
+        """Tell whether a value exists for every input within its range."""
+        ...
+
     def reopened(self, index: int) -> bool:
         """Find the results of a node anew from simpler operands; tell whether they could be made simpler."""
         ...

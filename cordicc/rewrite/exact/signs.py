@@ -1,6 +1,14 @@
-"""Signs: of polynomials that are known, of products of them, of square roots, and of sums of squares."""
+"""Signs: of polynomials that are known, of products of them, of square roots, and of sums of squares.
+
+Most signs are known only where the problem has a value: that y is not negative, because its root is taken
+somewhere.  They make values equal.  Whether a condition may be dropped is another question, which such a
+sign must not answer, as it may rest on that very condition; `unconditional` signs hold for every input
+within its range.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.intervals import Interval
@@ -26,22 +34,34 @@ class Signs:
     def __init__(self, field: Field) -> None:
         self._field = field
         self._known: dict[Key, int] = {}
+        self._unconditional: dict[Key, int] = {}
         self._facts: dict[Key, str] = {}
         self._products: dict[Key, tuple[int, int]] = {}
 
-    def know(self, element: Element, sign: int) -> None:
-        """Note the sign of the numerator of an element that has one, if its denominator has one."""
+    def know(self, element: Element, sign: int, unconditional: int) -> None:
+        """Note the sign of the numerator of an element that has one, if its denominator has one.
+
+        Args:
+            element: a value as an element.
+            sign: its sign wherever the problem has a value, 0 if none is proven.
+            unconditional: its sign for every input within its range, 0 if none is proven.
+        """
         factor, base = monic(element.num)
-        sign *= self.of(element.den) if sign else 0
-        if sign and factor:
-            self._known.setdefault(Key(base), sign if factor > 0 else -sign)
+        for known, own, below in (
+            (self._known, sign, self.of),
+            (self._unconditional, unconditional, self.unconditional),
+        ):
+            total = own * below(element.den) if own else 0
+            if total and factor:
+                known.setdefault(Key(base), total if factor > 0 else -total)
 
     def assume(self, element: Element, sign: int, fact: str) -> None:
         """Note a sign that rests on a fact."""
         factor, base = monic(element.num)
         if factor:
             self._facts[Key(base)] = fact
-            self._known[Key(base)] = sign * self.of(element.den) * (1 if factor > 0 else -1)
+            total = sign * self.of(element.den) * (1 if factor > 0 else -1)
+            self._known[Key(base)] = self._unconditional[Key(base)] = total
 
     def of(self, poly: Poly) -> int:
         """Return the sign of a polynomial, 0 if none is proven; facts that it rests on are touched."""
@@ -51,7 +71,27 @@ class Signs:
         sign = 1 if factor >= 0 else -1
         if base.is_constant():
             return sign
-        return sign * (self._base(base) or self._product(base))
+        return sign * (self._base(base, self._known) or self._product(base))
+
+    def unconditional(self, poly: Poly) -> int:
+        """Return the sign of a polynomial for every input within its range, 0 if none is proven.
+
+        Where roots occur in it, for every input at which they are real.
+        """
+        if len(poly) > LOOKUP_TERMS:
+            return 0
+        factor, base = monic(poly)
+        sign = 1 if factor >= 0 else -1
+        if base.is_constant():
+            return sign
+        own = self._base(base, self._unconditional)
+        if own:
+            return sign * own
+        for part, exponent in self._field.factors(base)[1]:
+            if exponent % 2:
+                scale, normal = monic(part)
+                sign *= self._base(normal, self._unconditional) * (1 if scale > 0 else -1)
+        return sign
 
     def _product(self, base: Poly) -> int:
         """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
@@ -62,18 +102,18 @@ class Signs:
             for part, exponent in self._field.factors(base)[1]:
                 if exponent % 2:
                     scale, normal = monic(part)
-                    sign *= self._base(normal) * (1 if scale > 0 else -1)
+                    sign *= self._base(normal, self._known) * (1 if scale > 0 else -1)
             cached = self._products[key] = known, sign
         return cached[1]
 
-    def _base(self, base: Poly) -> int:
+    def _base(self, base: Poly, known: Mapping[Key, int]) -> int:
         single = len(base) == 1 and base.total_degree() == 1
         if single and next(self._field.generators(base)) in self._field.radicands:
             return 1
         key = Key(base)
         if key in self._facts:
             self._field.touched.add(self._facts[key])
-        return self._field.definite.get(key, 0) or self._known.get(key, 0)
+        return self._field.definite.get(key, 0) or known.get(key, 0)
 
 
 def is_square_sum(known: EnclosedValues, value: Value, depth: int) -> bool:

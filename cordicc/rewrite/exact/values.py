@@ -19,7 +19,7 @@ from cordicc.ir.meaning.doubles import results
 from cordicc.ir.meaning.enclosures import result_ranges as enclose
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import SINGLE, Words, errors
-from cordicc.rewrite.exact.algebra import Algebra
+from cordicc.rewrite.exact.algebra import ValueAlgebra
 from cordicc.rewrite.exact.angle_rotors import Rotors
 from cordicc.rewrite.exact.constants import Constants
 from cordicc.rewrite.exact.elements import ElementFinder, long_parts
@@ -44,7 +44,7 @@ class Store:
     ) -> None:
         self.field = field
         self._words = words
-        self.algebra = Algebra()
+        self.algebra = ValueAlgebra()
         self.reason: tuple[str, ...] = ()
         self.why: dict[int, tuple[str, ...]] = {}
         self.rests: dict[int, frozenset[str]] = {}
@@ -223,6 +223,33 @@ class Store:
         element = self.element(value)
         return 0 if element is None else self.poly_sign(element.num) * self.poly_sign(element.den)
 
+    def unconditional_sign(self, poly: Poly) -> int:
+        """Return the sign of a polynomial for every input within its range, 0 if none is proven."""
+        return self._signs.unconditional(poly)
+
+    def _unconditional_sign(self, value: Value) -> int:
+        """Return the sign of a value for every input within its range, from how it is made."""
+        interval = self.range(value)
+        if not self.is_total(value) or interval is None or self._takes_both_signs(value):
+            return 0
+        if interval.lo >= 0 or interval.hi <= 0:
+            return 1 if interval.lo >= 0 else -1
+        return 1 if is_square_sum(self, value, 8) else 0
+
+    def is_total(self, value: Value) -> bool:
+        """Tell whether a value exists for every input within its range."""
+        todo, seen = [value], {value}
+        while todo:
+            current = todo.pop()
+            node = self.node(current)
+            # The norm of a vector exists without an angle.
+            if node.definition.partial and not (node.op == "vector" and node.m == 1 and current.result == 0):
+                return False
+            fresh = set(node.operands) - seen
+            todo += fresh
+            seen |= fresh
+        return True
+
     def _takes_both_signs(self, value: Value) -> bool:
         """Tell whether the samples leave no doubt, so that nothing need be looked for."""
         numbers = self.numbers(value)
@@ -327,7 +354,7 @@ class Store:
         if inside is not None and never_negative(inside) and inside.lo < 0:
             return  # equal but for rounding, against which the absolute value is taken
         self.union(value, self._by_key.setdefault(element.key, value))
-        self._signs.know(element, self.sign(value))
+        self._signs.know(element, self.sign(value), self._unconditional_sign(value))
         poly = self.field.display(element)
         if poly is not None:
             self.polynomials.register(value, poly)

@@ -16,6 +16,7 @@ from cordicc.rewrite.rules.forms import FORMS
 from cordicc.rewrite.rules.frames import FRAMES
 from cordicc.rewrite.rules.half_sums import HALF_SUMS
 from cordicc.rewrite.rules.hyperbolic_angles import HYPERBOLIC_ANGLES
+from cordicc.rewrite.rules.mirrored_angles import MIRRORED_ANGLES
 from cordicc.rewrite.rules.multiples import MULTIPLES
 from cordicc.rewrite.rules.norms import NORM_CHAINS, NORMS
 from cordicc.rewrite.rules.offsets import OFFSETS
@@ -27,6 +28,7 @@ from cordicc.rewrite.rules.root_chains import ROOT_CHAINS
 from cordicc.rewrite.rules.roots_of_products import ROOTS_OF_PRODUCTS
 from cordicc.rewrite.rules.rotation_chains import ROTATION_CHAINS
 from cordicc.rewrite.rules.rule import Rule
+from cordicc.rewrite.rules.shared_roots import SHARED_ROOTS
 from cordicc.rewrite.rules.squares import SQUARES
 from cordicc.rewrite.rules.unit_vectors import UNIT_VECTORS
 from cordicc.rewrite.rules.vector_sums import VECTOR_SUMS
@@ -46,9 +48,11 @@ RULES: tuple[Rule, ...] = (
     TURNED_VECTORS,
     OFFSETS,  # of these rotations too
     VECTOR_SUMS,
+    SHARED_ROOTS,
     COMMON_DENOMINATORS,  # lifts every vectoring and equation that is there by now
     ROOTS_OF_PRODUCTS,  # common denominators are products of roots
     ANGLE_SUMS,  # of every angle that is there by now; the rules below add none but to turn by
+    MIRRORED_ANGLES,
     NORMS,
     NORM_CHAINS,
     SQUARES,

@@ -15,7 +15,7 @@ from itertools import combinations
 
 from cordicc.ir.graph import Node, Value
 from cordicc.ir.meaning.exact import fold
-from cordicc.rewrite.exact.field import TooLarge
+from cordicc.rewrite.exact.field import Element, TooLarge
 from cordicc.rewrite.exact.keys import RotorKey
 from cordicc.rewrite.exact.values import Store
 from cordicc.rewrite.rules.angles import angles_of, is_angle
@@ -305,6 +305,16 @@ class Lifting:
         return Ratio(cosine, (size,)), Ratio(sine, (size,))
 
 
+def _rotor(store: Store, angle: Value) -> tuple[Element | None, ...]:
+    """Return cosine and sine of an angle, where they are known."""
+    return store.rotors.rotor(angle) or ()
+
+
+def _roots(store: Store, *elements: Element | None) -> set[int]:
+    """Return the roots that occur in elements."""
+    return set(store.field.roots_of(*(element for element in elements if element is not None)))
+
+
 _SUBSETS = 16
 """Sets of angles up to which all of them are tried."""
 
@@ -315,7 +325,8 @@ def _lift(given: Given) -> None:
     turned = sorted(
         {n.operands[2] for n in store.algebra.nodes if n.op == "rotate" and n.m == 1},
     )
-    lifted = [z for z in turned if is_angle(store, z)]
+    kept = _roots(store, *(store.element(value) for value in given.apart))
+    lifted = [z for z in turned if is_angle(store, z) and kept.isdisjoint(_roots(store, *_rotor(store, z)))]
     size = len(store.algebra.nodes)
     own: dict[RotorKey, Value] = {}
     for value in angles_of(store):

@@ -16,6 +16,7 @@ class Need(Enum):
     GRAPHS = "the realisations of the passes, and the values that their nodes became"
     OUTPUTS = "the values of the outputs"
     LIFTING = "values may be scaled by common denominators"
+    TOGETHER = "angles whose errors cancel are worth more products"
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,8 @@ class Given:
     """What rules work on: a store, and the realisations that it was filled with.
 
     `moved` are the values that the nodes of each graph became; `lifting` allows to scale values by common
-    denominators.
+    denominators, but not for the cosine and sine of angles in which the roots of `apart` occur; `together`
+    tells that what angles reach together counts, as checks say.
     """
 
     store: Store
@@ -31,6 +33,8 @@ class Given:
     moved: Sequence[Sequence[tuple[Value, ...]]] = ()
     outputs: Mapping[str, Value] = field(default_factory=dict)
     lifting: bool = False
+    apart: frozenset[Value] = frozenset()
+    together: bool = False
 
     def has(self, need: Need) -> bool:
         """Tell whether a need is met."""
@@ -41,6 +45,8 @@ class Given:
                 return bool(self.outputs)
             case Need.LIFTING:
                 return self.lifting
+            case Need.TOGETHER:
+                return self.together
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

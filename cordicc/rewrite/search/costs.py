@@ -17,20 +17,24 @@ _KINDS = {"mul": "mul", "cmul": "cmul", "shift": "shift", **dict.fromkeys(_ADDER
 AREA_STEP = 10
 """Areas are counted in tenths of an adder equivalent."""
 
+_GUARD_BITS = 3
+"""At the least, where they are chosen by the accuracy later."""
+
 
 @dataclass(frozen=True, slots=True)
 class Costs:
     """Latency in cycles and area in tenths of adders by kind of unit.
 
     `implicit`: implicit CAUs may be used; else such an operation is a chain of three standard ones, or of
-    two if one of its coefficients is 0.  `words`: how numbers are rounded.  `preferred`: few standard CAUs
-    come before every goal.
+    two if one of its coefficients is 0.  `words`: how numbers are rounded, with as many guard bits as there
+    may be; `coarsest`: the same with the fewest.  `preferred`: few standard CAUs come before every goal.
     """
 
     latency: dict[str, int]
     area: dict[str, int]
     implicit: bool = True
     words: Words = field(default_factory=Words)
+    coarsest: Words = field(default_factory=Words)
     preferred: bool = False
 
     @classmethod
@@ -38,7 +42,8 @@ class Costs:
         """Return the costs on a target, whose implicit CAUs may be used or not, or are preferred."""
         latency = {kind: unit.latency for kind, unit in target.units.items()}
         area = {kind: round(unit.area * AREA_STEP) for kind, unit in target.units.items()}
-        return cls(latency, area, implicit, _words(target), implicit and preferred)
+        fewest, most = _words(target)
+        return cls(latency, area, implicit, most, fewest, implicit and preferred)
 
     @property
     def floating(self) -> bool:
@@ -66,13 +71,18 @@ class Costs:
         return self.area[_KINDS.get(op, "sign")] if op not in ("input", "const") else 0
 
 
-def _words(target: Target) -> Words:
-    """Return the words of a target, with as many guard bits as it may have."""
+def _words(target: Target) -> tuple[Words, Words]:
+    """Return the words of a target, with as few guard bits as it may have and with as many."""
     system = target.machine().system
     if not isinstance(system, FixedSystem):
-        return Words()
-    guard = most_guard_bits(system.width_bits) if target.guard_is_open else system.guard_bits
-    return Words(2.0 ** -(system.width_bits + guard), 2.0**guard, fixed=True)
+        return Words(), Words()
+    width, most = system.width_bits, system.guard_bits
+    fewest = most
+    if target.guard_is_open:
+        most = most_guard_bits(width)
+        fewest = min(_GUARD_BITS, most)
+    few, many = (Words(2.0 ** -(width + guard), 2.0**guard, fixed=True) for guard in (fewest, most))
+    return few, many
 
 
 def of_graph(graph: Graph, costs: Costs, goal: str) -> tuple[int, ...]:

@@ -208,8 +208,8 @@ def _ease(
         known = least.get(classes.exact(output))
         if known is None or np.isnan(known).all():
             continue
-        usual = _USUAL * max(float(np.nanmedian(known)), float(np.nanmax(np.abs(store.numbers(output)))))
-        todo = [(output, usual / worse)]
+        usual = max(float(np.nanmedian(known)), float(np.nanmax(np.abs(store.numbers(output)))))
+        todo = [(output, usual * (_USUAL / worse))]
         while todo:
             value, allowed = todo.pop()
             for k in (classes.exact(value), classes.turn(value)):
@@ -223,11 +223,11 @@ def _ease(
 
 
 def _accurate(store: Store, option: Option, least: Mapping[int, Floats], worse: float) -> Option:
-    """Return an option with those of its results that are accurate enough."""
+    """Return an option without the results that are less accurate than they may be."""
 
-    def inaccurate(value: Value, _: Way) -> bool:
-        error, classes = store.error(value), option.results[value.result - option.first]
-        return any(k in least and not bool(np.all(error <= worse * least[k])) for k in classes)
+    def inaccurate(value: Value, way: Way) -> bool:
+        error = store.error(value)
+        return not all(np.all(error / worse <= least[k]) for k in option.results[way[3]] if k in least)
 
     return _without(option, inaccurate)
 

@@ -15,7 +15,7 @@ from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.roundings import SINGLE, Words
 from cordicc.ir.ops import Level
 from cordicc.ir.problem import Problem, input_intervals
-from cordicc.ir.small_values import roots_of, towards_zero
+from cordicc.ir.towards_zero import roots_of, towards_zero
 from cordicc.rewrite.exact.angle_rotors import MOST_TURNS
 from cordicc.rewrite.exact.field import Field
 from cordicc.rewrite.exact.values import Store
@@ -55,9 +55,13 @@ def fill(
     graphs: Sequence[Graph],
     points: Mapping[str, Floats],
     words: Words = SINGLE,
+    work: float = 1.0,
 ) -> Filled | None:
-    """Return a store with realisations in it, None if they take more generators than there may be."""
-    field = _field(graphs)
+    """Return a store with realisations in it, None if they take more generators than there may be.
+
+    `work` multiplies the usual limits of size.
+    """
+    field = _field(graphs, work)
     if field is None:
         return None
     store = Store(field, ranges, points, words)
@@ -90,7 +94,8 @@ def sample_points(
     """Return points of the workspace at which graphs have values, None if there are too few.
 
     Besides `count` random ones there are those nearest to the singular points of the units, and on fixed
-    point, where small values have few digits, those on the way to the zeros of the roots.
+    point, where small values have few digits, those on the way to the zeros of the roots.  They keep what the
+    problem assumes if enough of the points that are looked at do.
     """
     generator = np.random.Generator(np.random.PCG64(7))
     if problem.samples is not None:
@@ -103,6 +108,9 @@ def sample_points(
     good, critical = _judged(graphs, drawn)
     if good.sum() < _POINTS // 2:
         return None
+    kept = good & problem.facts.kept(drawn)
+    assumed = kept.sum() >= _POINTS // 2
+    good = kept if assumed else good
     first = np.flatnonzero(good)
     nearest = [first[np.argsort(size[first], kind="stable")[:_NEAREST]] for size in critical]
     rows = np.unique(np.concatenate([first[:count], *nearest]))
@@ -112,6 +120,7 @@ def sample_points(
     known = {name: column[first] for name, column in drawn.items()}
     small = towards_zero(graphs[0], roots_of(graphs[0]), input_intervals(problem), known)
     held, _ = _judged(graphs, small)
+    held = held & problem.facts.kept(small) if assumed else held
     return {name: np.concatenate([column, small[name][held]]) for name, column in points.items()}
 
 
@@ -130,7 +139,7 @@ def _judged(graphs: Sequence[Graph], points: Mapping[str, Floats]) -> tuple[Bool
     return good, critical
 
 
-def _field(graphs: Sequence[Graph]) -> Field | None:
+def _field(graphs: Sequence[Graph], work: float) -> Field | None:
     operations = [n for g in graphs for n in g.nodes]
     count = {op: sum(1 for n in operations if n.op == op) for op in {n.op for n in operations}}
     inputs = count.get("input", 0) // len(graphs)
@@ -145,7 +154,8 @@ def _field(graphs: Sequence[Graph]) -> Field | None:
     pairs = turned + 4 + (count.get("abs", 0) + count.get("flip", 0)) // len(graphs)
     opaque = sum(count.get(op, 0) for op in ("min", "max", "select", "sign"))
     free = inputs + 2 * pairs + opaque + OPAQUE
-    return Field(free, pairs, roots) if free + pairs + roots <= _GENERATORS else None
+    fits = free + pairs + roots <= _GENERATORS * work
+    return Field(free, pairs, roots, work) if fits else None
 
 
 def _import(store: Store, graph: Graph) -> list[tuple[Value, ...]]:
@@ -199,7 +209,7 @@ def _assume(store: Store, problem: Problem) -> None:
         store.make("input", (), (spec.name,))
     if not problem.assumptions:
         return
-    graph = Simplify().apply(problem.assumption_graph, PassContext({}))
+    graph = Simplify().apply(problem.facts.graph, PassContext({}))
     if any(n.definition.level is Level.FUNCTION for n in graph.nodes):
         return
     moved = _import(store, graph)

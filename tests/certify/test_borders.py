@@ -1,0 +1,125 @@
+"""What rounding alone puts beyond a border is on it: slacks, the end of reach, and what is said of it."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cordicc.arith.numbers.slack import EXACT
+from cordicc.backends.text.summary import plan_sheet
+from cordicc.base.text_tables import plain
+from cordicc.certify.error_network import network
+from cordicc.certify.own_bounds import own_bounds
+from cordicc.emulate import functional
+from cordicc.ir.meaning.reference import reference_outputs
+from tests.support.plans import compiled, planned
+from tests.support.selection import quick
+
+TARGETS = ["fixed24", "kinematic", "krieger96", "imscor24"]
+PAIRS = [(-0.528, -0.794), (0.254, 0.332)]
+CLAMPS = "inputs: {k: [-2, 2]}\nequations:\n" + "".join(
+    f"  - r{i} = hypot({a}, {b})\n"
+    f"  - solve: {a}*cos(q{i}) + {b}*sin(q{i}) = min(max(k, -r{i}), r{i})\n    for: q{i}\n    branch: '-'\n"
+    for i, (a, b) in enumerate(PAIRS)
+)
+ARC_COSINE = "inputs: {c: [-1.001, 1.001]}\nequations:\n  - ang = acos(min(1, max(-1, c)))\n"
+TORQUE = """
+constants: {lam: 0.0105, dl: 30e-6}
+inputs: {iq: [-200, 200]}
+equations:
+  - i_d = (lam - sqrt(lam**2 + 8*dl**2*iq**2))/(4*dl)
+  - iqn = sign(iq)*sqrt(iq**2 - i_d**2)
+outputs: [iqn]
+"""
+CIRCLE = "inputs: {x: [-1, 1], y: [-1, 1]}\nequations:\n  - z = sqrt(1 - x**2 - y**2)\n"
+ROOT = "inputs: {x: [-1, 1]}\nequations:\n  - z = sqrt(x)\n"
+
+
+def written(folder, text):
+    path = folder / "problem.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(plan, **samples):
+    columns = {name: np.atleast_1d(np.asarray(column, dtype=float)) for name, column in samples.items()}
+    return functional.run(plan, plan.arithmetic, columns)
+
+
+def slacks(plan):
+    return [o.slack for o in plan.operations if o.slack != EXACT]
+
+
+@pytest.mark.parametrize("target", quick(TARGETS, "fixed24", "kinematic"))
+def test_a_clamp_is_a_clamp(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, CLAMPS), target=target)
+    found = run(plan, k=[2, -2, 1.5, -1.5])
+    assert found["valid"].all()
+    for i, (a, b) in enumerate(PAIRS):
+        ends = np.array([math.atan2(b, a), math.atan2(b, a) - math.pi] * 2)
+        off = np.angle(np.exp(1j * (found[f"q{i}"] - ends)))
+        assert np.abs(off).max() < 1e-6
+
+
+@pytest.mark.parametrize("target", quick(TARGETS, "fixed24", "kinematic"))
+def test_the_ends_of_an_arc_cosine_are_the_rounded_angles(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, ARC_COSINE), target=target)
+    assert not slacks(plan)  # rounding is monotone: c within 1 is no word beyond
+    c = [1.0005, 1.0, -1.0, -1.0005, 1 - 2.0**-20]
+    found = run(plan, c=c)
+    (pi,) = plan.arithmetic.system.format(plan.formats.outputs.get("ang")).encode_angle(np.array([math.pi]))
+    rounded = plan.arithmetic.system.format(plan.formats.outputs.get("ang")).decode(np.array([pi]))[0]
+    assert found["ang"][:4].tolist() == [0.0, 0.0, rounded, rounded]
+    assert found["ang"][4] == pytest.approx(math.acos(c[4]), rel=0.02)
+
+
+@pytest.mark.parametrize("target", quick(TARGETS, "fixed24"))
+def test_a_root_at_the_border_is_valid(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, TORQUE), target=target)
+    assert slacks(plan)
+    found = run(plan, iq=[0.0, 1e-6, -1e-6, 0.01])
+    assert found["valid"].all()
+    assert np.abs(found["iqn"][:3]).max() < 1e-4
+
+
+@pytest.mark.parametrize("target", quick(TARGETS, "fixed24"))
+def test_what_is_truly_outside_stays_invalid(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, CIRCLE), target=target)
+    (slack,) = slacks(plan)
+    assert slack.beyond < 1e-6
+    x, y = np.array([0.6, -0.28, 0.8, 1.0]), np.array([0.8, 0.96, 0.6, 0.0])
+    assert run(plan, x=x, y=y)["valid"].all()
+    assert not run(plan, x=x[:3] * (1 + 2e-6), y=y[:3] * (1 + 2e-6))["valid"].any()
+    exact = planned(written(tmp_path, ROOT), target=target)
+    assert not slacks(exact)
+    assert run(exact, x=[0.0, -1e-6, -3e-7])["valid"].tolist() == [True, False, False]
+
+
+def test_own_bounds_hold_at_the_end_of_reach(tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, CLAMPS), target="fixed24")
+    rng = np.random.default_rng(3)
+    sizes = np.array([math.hypot(*pair) for pair in PAIRS])
+    near = rng.choice(sizes, 600) * (1 - rng.choice([0, 1, 1], 600) * 10.0 ** rng.uniform(-9, -2, 600))
+    samples = {"k": np.clip(near * rng.choice([-1, 1], 600), -2, 2)}
+    found, (exact, valid) = run(plan, **samples), reference_outputs(plan.problem.program, samples)
+    assert valid.all()
+    assert found["valid"].all()
+    own = own_bounds(network(plan), list(exact), samples)
+    for name, values in exact.items():
+        error = np.abs(np.angle(np.exp(1j * (found[name] - values))))
+        assert (error <= own[name]).all()
+        assert own[name].max() < 5e-3
+
+
+def test_the_summary_says_what_an_angle_is_off_near_the_end(tmp_path: Path) -> None:
+    plan = compiled(written(tmp_path, ARC_COSINE), target="kinematic")
+    (error,) = [o.end_error for o in plan.operations if o.end_error is not None]
+    said = plain(plan_sheet(plan))
+    assert "near the end of reach, |C| = R, the angle of the equation of" in said
+    assert f"ang  off by {error.residual:.3g}/sqrt(R^2 - C^2) rad, at most {error.angle_rad:.3g} rad" in said
+    c = 1 - 10.0 ** np.linspace(-9, -3, 400)
+    off = np.abs(run(plan, c=c)["ang"] - np.arccos(c))
+    assert off.max() <= error.angle_rad
+    far = 1 - c > 4 * error.residual
+    assert (off <= 1.2 * error.residual / np.sqrt(1 - c * c) + 2.0**-23)[far].all()

@@ -1,0 +1,49 @@
+"""Ranges up to those of doubles, and beyond: a diagnostic on every target, no traceback and no warning."""
+
+from pathlib import Path
+
+import pytest
+
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.base.diagnostics import InvalidInput, Unattainable
+from cordicc.ir.meaning.exact import Fraction
+from cordicc.pipeline import Options, compile_file
+from tests.support.selection import quick
+
+TARGETS = ["fixed24", "kinematic"]
+PROBLEMS = {
+    "exponential": ("[1, 710]", "exp(x)"),
+    "reciprocal": ("[1, 700]", "1/exp(x)"),
+    "pole": ("[0.001, 0.01]", "cosh(1/x)"),
+    "largest-cosh": ("[1, 709.7]", "cosh(x)"),
+    "cube": ("[1, 1e300]", "(x/0.5)**3"),
+    "large-constant": ("[-700, 3]", "1e200 + 0*x"),
+    "unbounded-derivative": ("[-1e3, 1e20]", "tanh(x)*(2*x)"),
+    "power-of-power": ("[-88, 1e5]", "((x/1e-200)**10)**(-10)"),
+}
+CASES = [(name, target) for name in PROBLEMS for target in TARGETS]
+QUICK = [(name, "fixed24") for name in ("pole", "cube")] + [("power-of-power", "kinematic")]
+
+
+@pytest.mark.parametrize(("name", "target"), quick(CASES, *QUICK))
+def test_a_diagnostic_or_a_plan(name: str, target: str, tmp_path: Path) -> None:
+    ends, expression = PROBLEMS[name]
+    path = tmp_path / "problem.yaml"
+    path.write_text(f"inputs: {{x: {ends}}}\nequations: ['w = {expression}']\n", encoding="utf-8")
+    try:
+        plan = compile_file(path, Options(target, certify=True)).plan
+    except (InvalidInput, Unattainable) as error:
+        codes = {each.code for each in error.diagnostics}
+        assert codes <= {"E410", "E411", "E412"}, codes
+    else:
+        assert plan.accuracy["w"].observed.max is not None
+
+
+@pytest.mark.parametrize("width", [23, 24, 29, 30])
+def test_a_constant_beside_the_middle_of_two_words_has_a_text(width: int) -> None:
+    """The nearest double is the middle, which is rounded to even; the number itself is not."""
+    system = FixedSystem(width)
+    middle = Fraction(2 * (1 << (width - 2)) + 1, 2)
+    for number in (middle + Fraction(1, 1 << 90), middle - Fraction(1, 1 << 90)):
+        words, _ = system.constant(system.constant_text(number))
+        assert int(words) == round(number)

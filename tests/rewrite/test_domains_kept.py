@@ -1,0 +1,83 @@
+"""Conditions of a root or an arc cosine whose value is no longer needed survive the search."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cordicc.frontend.load import load_problem
+from cordicc.ir.meaning.reference import reference_outputs
+from tests.support.random_problems import beside_borders, clear_validity, random_problem
+from tests.support.rewriting import problem_of, same_where, searched
+from tests.support.selection import quick
+
+ROUNDING = 1e-12
+
+# Equations, ranges, outputs, and samples on both sides of the border.
+CASES = {
+    "a product of a root with itself": (
+        "w1 = sqrt(y)*sqrt(y)\nw2 = atan2(y, x)",
+        "x=0.1:0.3, y=-0.01:1.2",
+        "w1, w2",
+        {"x": [0.2, 0.2, 0.2], "y": [-0.005, -0.009, 0.5]},
+    ),
+    "the cosine of an arc cosine of a norm": (
+        "w1 = cos(acos(hypot(y, 0.7)))",
+        "y=0.1:0.72",
+        "w1",
+        {"y": [0.715, 0.7192, 0.5]},
+    ),
+    "the cosine of twice an arc cosine": (
+        "w1 = cos(2*acos(hypot(y, x)))",
+        "x=0:0.9, y=-0.5:0.5",
+        "w1",
+        {"x": [0.9, 0.88, 0.5], "y": [-0.5, 0.5, 0.1]},
+    ),
+    "a sum with what is always 1": (
+        "w1 = cos(acos(hypot(y, 0.7)))\nw2 = cos(w1)**2 + sin(w1)**2",
+        "y=0.1:0.9",
+        "w1, w2",
+        {"y": [0.2, 0.8, 0.7]},
+    ),
+    "a root beside a pair of equations": (
+        "w1 = sqrt(y)*sqrt(y)\nw2 = atan2(0.1*x + y, cosh(x)*y - 0.1)",
+        "x=-2:3, y=-pi:pi",
+        "w1, w2",
+        {"x": [1.0, 1.0, -1.5], "y": [-1.0, 1.0, -0.1]},
+    ),
+    "an arc cosine times what cancels": (
+        "a = acos(x)\nq = a*(a - a) + y",
+        "x=0.25:1.5, y=0.1:0.5",
+        "q",
+        {"x": [0.5, 1.2, 1.01], "y": [0.2, 0.2, 0.3]},
+    ),
+    "a root times another one's radicand": (
+        "w1 = sqrt(x*y)*sqrt(y)",
+        "x=-1:1, y=-1:1",
+        "w1",
+        {"x": [0.5, -0.5, 0.5, -0.5], "y": [0.5, -0.5, -0.5, 0.5]},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_both_sides_of_a_border(tmp_path: Path, case: str) -> None:
+    equations, inputs, outputs, samples = CASES[case]
+    problem = problem_of(tmp_path, inputs, equations, outputs)
+    same_where(problem, searched(problem).graph, samples)
+
+
+@pytest.mark.parametrize("first", quick(range(0, 300, 10), 0))
+def test_borders_of_random_problems(tmp_path: Path, first: int) -> None:
+    for seed in range(first, first + 10):
+        written = random_problem(seed)
+        samples = beside_borders(written, 3)
+        if not len(next(iter(samples.values()))):
+            continue
+        valid, clear = clear_validity(written, samples, ROUNDING)
+        path = tmp_path / f"{seed}.yaml"
+        path.write_text(written.text, encoding="utf-8")
+        _, defined = reference_outputs(searched(load_problem(path).problem).graph, samples)
+        np.testing.assert_array_equal(defined[clear], valid[clear], err_msg=written.text)
