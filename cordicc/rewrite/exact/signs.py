@@ -128,3 +128,22 @@ def is_square_sum(known: EnclosedValues, value: Value, depth: int) -> bool:
     if node.op in ("add", "mul", "cmul", "shift"):
         return all(is_square_sum(known, v, depth - 1) for v in node.operands)
     return node.op == "abs"
+
+
+def stays_nonnegative(known: EnclosedValues, value: Value, depth: int) -> bool:
+    """Tell whether a value is not negative however what it is made of is rounded."""
+    node = known.node(value)
+    match node.op:
+        case "sqrt" | "hypot" | "abs":
+            return True
+        case "mul" if node.operands[0] == node.operands[1]:
+            return True
+        case "const":
+            return node.number >= 0
+        case "input":
+            return never_negative(known.range(value))
+        case "cmul" if node.factor < 0:
+            return False
+        case "add" | "mul" | "cmul" | "shift":
+            return depth > 0 and all(stays_nonnegative(known, v, depth - 1) for v in node.operands)
+    return False

@@ -35,6 +35,22 @@ class PassContext:
         return value_ranges(graph, self.inputs)
 
 
+@dataclass(frozen=True, slots=True)
+class Enclosed:
+    """The nodes of a graph and their ranges."""
+
+    graph: Graph
+    ranges: Ranges
+
+    def node(self, value: Value) -> Node:
+        """Return the node that makes a value."""
+        return self.graph.node(value)
+
+    def range(self, value: Value) -> Interval | None:
+        """Return the enclosure of a value."""
+        return self.ranges[value.node][value.result]
+
+
 class Pass(Protocol):
     """A pass: valid graph in, valid graph out, the same outputs with the same meaning."""
 

@@ -15,12 +15,14 @@ from itertools import combinations
 
 from cordicc.ir.graph import Graph, Node, Value, factored
 from cordicc.ir.meaning.exact import fold
-from cordicc.rewrite.exact.signs import never_negative
+from cordicc.rewrite.exact.signs import never_negative, stays_nonnegative
 from cordicc.rewrite.exact.terms import terms_of
-from cordicc.rewrite.passes.base import Ranges, Site
+from cordicc.rewrite.passes.base import Enclosed, Site
 
 _SMALL = 2.0**-10
 """A radicand is as accurate as its root's word, with guard bits, down to this share of the largest."""
+
+_DEPTH = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +104,12 @@ def chained_length(site: Site, radicand: Node, angles: Angles) -> Value | None:
 class SmallLengths:
     """Roots of sums of squares by chains of lengths, in which small components keep their digits.
 
-    `angles` are the vectors whose angle is taken, `ranges` those of the values of the graph; `always`: of
-    radicands too that are nowhere small.
+    `angles` are the vectors whose angle is taken, `known` are the values of the graph with their ranges;
+    `always`: of radicands too that are nowhere small.
     """
 
     angles: Angles
-    ranges: Ranges
+    known: Enclosed
     always: bool = False
 
     def root(self, site: Site, radicand: Value) -> Value | None:
@@ -126,7 +128,7 @@ class SmallLengths:
         weights = {v for factors in terms for v in _halved(factors)[1]}
         if len(terms) < 2 or not all(terms.values()) or not all(self._never_negative(v) for v in weights):
             return None
-        interval = self.ranges[radicand.node][radicand.result]
+        interval = self.known.range(radicand)
         if not self.always and (interval is None or interval.lo > _SMALL * interval.hi):
             return None
         signed = [
@@ -142,7 +144,7 @@ class SmallLengths:
         return site.builder.apply("vector", (positive, negative, site.builder.const(0)), (-1, 1))[0]
 
     def _never_negative(self, value: Value) -> bool:
-        return never_negative(self.ranges[value.node][value.result])
+        return never_negative(self.known.range(value))
 
     def _chain(self, site: Site, terms: Mapping[tuple[Value, ...], Fraction]) -> Value:
         """Return the root of a sum of products of squares and weights; known vectors come first."""
@@ -181,8 +183,8 @@ class SmallLengths:
 
     def _size(self, site: Site, value: Value) -> Value:
         """Return a value that is never negative, whatever its rounding."""
-        interval = self.ranges[value.node][value.result]
-        if interval is not None and interval.lo > 0:
+        interval = self.known.range(value)
+        if (interval is not None and interval.lo > 0) or stays_nonnegative(self.known, value, _DEPTH):
             return site.new(value)
         return site.builder.apply("abs", (site.new(value),))[0]
 

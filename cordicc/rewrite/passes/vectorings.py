@@ -8,7 +8,7 @@ from fractions import Fraction
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.algebra import Algebra
-from cordicc.rewrite.passes.base import PassContext, Ranges, Site, transform
+from cordicc.rewrite.passes.base import Enclosed, PassContext, Ranges, Site, transform
 from cordicc.rewrite.passes.lengths import (
     Angles,
     Leg,
@@ -38,7 +38,7 @@ class Vectorings:
         ranges = context.ranges(graph)
         angles = angles_of_vectors(graph)
         small = context.careful or not context.floating
-        lengths = SmallLengths(angles, ranges, always=context.careful) if small else None
+        lengths = SmallLengths(angles, Enclosed(graph, ranges), always=context.careful) if small else None
 
         def rule(site: Site) -> tuple[Value, ...] | None:
             builder, operands = site.builder, site.operands

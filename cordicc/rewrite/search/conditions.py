@@ -77,6 +77,9 @@ def _of_node(
 ) -> Iterable[Requirement]:
     """Yield the conditions of a node whose operands became some values; `results` are those that are used."""
     op = node.op
+    angles = tuple(v for v in results if v.result == node.angle)
+    if op == "vector" and node.m == 1:
+        results = angles  # the norm of (0, 0) has a value
     alike = [other for v in results for other in store.domains.get(v, ())]
     wanted = [choice.class_of(v) for v in (*results, *alike)]
     same = tuple(
@@ -102,7 +105,7 @@ def _of_node(
             yield Requirement(tuple(sorted(met)), _provided(choice, subject), "nonzero")
         return
     if op in ("vector", "implicit") and node.m == 1:
-        if op == "implicit" or any(v.result == node.angle for v in results):
+        if op == "implicit" or angles:
             yield from _circular(store, choice, offers, op, operands, same)
         return
     if op == "implicit" and always_solvable(store, operands):
