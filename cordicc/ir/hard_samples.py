@@ -29,6 +29,9 @@ _STEPS = 20
 _STRIDE = 1e-7
 """Of derivatives, in shares of the input ranges."""
 
+_MOST = 2_000
+"""Operations times vectors: of large problems only some vectors are looked at."""
+
 _NOTHING = 1e-9
 """The length of a vector, beside what is usual for it, that counts as 0."""
 
@@ -116,8 +119,9 @@ def _on_the_way_back(end: Points, start: Points) -> Points:
 def _vectors(graph: Graph) -> list[tuple[Value, Value]]:
     """Return the vectors whose angles equations take."""
     taken = [(n.op, n.operands) for n in graph.nodes if n.op == "atan2" or (n.op == "solve" and n.m == 1)]
-    pairs = [(operands[0], operands[1]) for _, operands in taken]
-    return [pair for pair in dict.fromkeys(pairs) if any(graph.constant(value) is None for value in pair)]
+    pairs = dict.fromkeys((operands[0], operands[1]) for _, operands in taken)
+    varying = [pair for pair in pairs if any(graph.constant(value) is None for value in pair)]
+    return varying[: _MOST // max(1, len(graph.nodes))]
 
 
 def _near_zero(box: _Box, points: Points, vector: tuple[Value, Value]) -> Points:

@@ -91,9 +91,11 @@ class AccuracyGate:
         for name, own in moved.items():
             least = np.nan_to_num(alone[name])
             usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
-            self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
-            if name in self._checks.outputs:
-                self._near[name] = _FAR * np.maximum(least, usual)
+            # What is allowed of the largest numbers is any number.
+            with np.errstate(over="ignore"):
+                self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
+                if name in self._checks.outputs:
+                    self._near[name] = _FAR * np.maximum(least, usual)
         if words.fixed:
             disturbances = Disturbances(words, graph, values)
             given = self._moved_by(graph, words, inputs_alone=True)
@@ -162,9 +164,10 @@ class AccuracyGate:
         return outputs | self._checked({**inputs, **outputs})
 
     def _checked(self, words: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Return the checks, given inputs and outputs."""
+        """Return the checks, given inputs and outputs; NaN where they have no value."""
         found = all_results(self._checks, words)
-        return {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+        values = {name: found[v.node][v.result] for name, v in self._checks.outputs.items()}
+        return {name: np.where(np.isfinite(value), value, np.nan) for name, value in values.items()}
 
     def _of_words(self, outputs: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return how far outputs and checks move because words are rounded, whatever makes them."""
@@ -173,11 +176,11 @@ class AccuracyGate:
         steps = sizes | {name: rounding * np.abs(column) for name, column in self._points.items()}
         words = {**self._points, **outputs}
         exact = self._checked(words)
-        squares = {name: np.zeros_like(value) for name, value in exact.items()}
+        moved = {name: np.zeros_like(value) for name, value in exact.items()}
         for name, step in steps.items() if exact else ():
             for check, value in self._checked(words | {name: words[name] + step}).items():
-                squares[check] += (value - exact[check]) ** 2
-        return sizes | {name: np.sqrt(square) for name, square in squares.items()}
+                moved[check] = np.hypot(moved[check], value - exact[check])
+        return sizes | moved
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:
         """Return how far rounding moves each output and check, as a mean square."""

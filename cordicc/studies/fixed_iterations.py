@@ -70,7 +70,7 @@ def _near_end(sequence: Sequence, start: StateWords, angle_bits: int) -> NearEnd
         end = end_of_reach(sequence, block_bits, angle_bits)
     except ValueError:
         return None
-    return NearEnd(math.ceil(end.height(0.0)), math.ceil(end.width(0.0)))
+    return NearEnd(math.ceil(end.height(0.0)), math.ceil(end.rise(0.0) + end.room(0.0)))
 
 
 def rounded(state: State, fraction_bits: int) -> StateWords:

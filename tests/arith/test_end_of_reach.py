@@ -68,7 +68,7 @@ def test_without_the_rule_the_end_is_missed(rule):
     x, y, C = (v[blocks].astype(int) << 9 for v in (A, B, C))
     kernel, x, y, z = started(rule, x, y, C)
     end = end_of_reach(sequence_of(rule, 1, 16), 16, 24)
-    near = NearEnd(math.ceil(end.height(0.0)), math.ceil(end.width(0.0)))
+    near = NearEnd(math.ceil(end.height(0.0)), math.ceil(end.rise(0.0) + end.room(0.0)))
     plain, exact = (np.abs(kernel(x, y, C, z, table, each)[0]) for each in (None, near))
     assert plain.max() > 50 * exact.max()
 
@@ -80,7 +80,7 @@ def test_elsewhere_nothing_changes(rule):
     sequence = sequence_of(rule, 1, iterations)
     table = shift_sequences.step_table(sequence, 24)
     end = end_of_reach(sequence, bits - 1 + guard, 24)
-    near = NearEnd(math.ceil(end.height(0.0)), math.ceil(end.width(0.0)))
+    near = NearEnd(math.ceil(end.height(0.0)), math.ceil(end.rise(0.0) + end.room(0.0)))
     side = np.arange(-(1 << (bits - 1)) + 1, 1 << (bits - 1))
     changed = 0
     for column in range(1, 1 << (bits - 1)):

@@ -13,7 +13,7 @@ DIGESTS = {
     "widest": "d115b4bf34929fc1",
     "widest root-free": "17acb96fc83890d1",
     "narrow": "d305fc810fe57bbc",
-    "narrowest": "a36c264a934cc0fd",
+    "narrowest": "f6c9aabcdb6c3957",
     "odd": "b31d38d4e2c118c3",
 }
 

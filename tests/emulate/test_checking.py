@@ -93,7 +93,7 @@ def test_simulate_shows_them_and_warns(plan: cordicc.Plan, tmp_path: Path) -> No
     file.write_text(json.dumps(data), encoding="utf-8")
     shown = run("simulate", file, "--random", 300)
     assert "check  largest" in shown.stdout
-    assert "W418" not in shown.stderr
+    assert "W419" not in shown.stderr
     told = json.loads(run("simulate", file, "--json").stdout)["checks"]
     assert {n: told["e"][n] for n in data["checks"]["e"]} == data["checks"]["e"]
     assert told["e"]["beyond"] == 0
@@ -103,8 +103,8 @@ def test_simulate_shows_them_and_warns(plan: cordicc.Plan, tmp_path: Path) -> No
     file.write_text(json.dumps(data), encoding="utf-8")
     beyond = run("simulate", file)
     assert beyond.exit_code == 0
-    assert "warning[W418]: check 'e' is" in beyond.stderr
-    assert "warning[W419]: check 'u' has no value in" in beyond.stderr
+    assert "warning[W419]: check 'e' is" in beyond.stderr
+    assert "warning[W420]: check 'u' has no value in" in beyond.stderr
 
 
 def test_texts_tell_of_them(plan: cordicc.Plan, tmp_path: Path) -> None:

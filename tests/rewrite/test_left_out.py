@@ -24,7 +24,7 @@ def test_nothing_is_left_out_of_a_small_problem(tmp_path: Path) -> None:
 
 
 def test_a_problem_too_large_for_the_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(realisations, "_NODES", 10)
+    monkeypatch.setattr(realisations, "MOST_NODES", 10)
     choice = searched(problem_of(tmp_path, BOX, LINKS, "q1, q2"))
     assert not choice.searched
     assert [words for words in choice.left_out if "operations, too many for --effort 1" in words]

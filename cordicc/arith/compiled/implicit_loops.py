@@ -30,6 +30,7 @@ from cordicc.arith.compiled.step_loops import (
     zeroed,
 )
 from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_difference
+from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
 from cordicc.arith.kernels.micro_rotations import NEVER
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS
@@ -39,12 +40,13 @@ from cordicc.base.arrays import Floats, Int64s
 Rule = tuple[int, int, int]
 """1 if root-free, half a turn, and the branch: 1 for "+", -1 for "-", 0 for none."""
 
-Reach = tuple[int, Int64s, Int64s, Int64s, Int64s, Int64s, Int64s]
+Reach = tuple[int, Int64s, Int64s, Int64s, Int64s, Int64s, Int64s, Int64s]
 """The first exponent of a `ReachTable`, and its columns."""
 
 Margin = tuple[int, Int64s, int]
 """The first exponent of a root's slack, its places, and 1 if relative."""
 
+_ROOTS = np.array(ROOTS, dtype=np.int64)
 _MIDDLE = (5 << (LOG_BITS - 3)) + (1 << (LOG_BITS - 1))
 
 
@@ -107,6 +109,13 @@ def lightcone(
 
 
 @compiled
+def _width(rise: int, room: int, target: int, bits: int) -> int:
+    """Return a kernel's width near the end of reach."""
+    root = int(_ROOTS[min(abs(target) >> (bits - 4), SIXTEENTHS)])
+    return (rise * root + (ROOT_SCALE - 1)) // ROOT_SCALE + room
+
+
+@compiled
 def implicit_circular(
     A: Floats,
     B: Floats,
@@ -121,7 +130,7 @@ def implicit_circular(
     """Solve B cos t + A sin t = C."""
     width, fraction_bits, angle_bits = widths
     root_free, half_turn, branch = rule
-    first, slacks, withins, all_heights, all_widths, shorts, _ = reach
+    first, slacks, withins, all_heights, rises, rooms, shorts, _ = reach
     quarter, turns = (half_turn + 1) >> 1, root_free - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -146,7 +155,8 @@ def implicit_circular(
             row = min(max(exponents[i] - first, 0), slacks.size - 1)
             # With a or b alone |c| is compared with it, and the kernel with the end elsewhere.
             alone = (As[i] == 0) | (Bs[i] == 0)
-            height[i], wide[i] = (NEVER if alone else all_heights[row]), all_widths[row]
+            height[i] = NEVER if alone else all_heights[row]
+            wide[i] = _width(rises[row], rooms[row], target[i], fraction_bits)
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
             at_end[i] = alone & (excess[i] <= slacks[row]) & (-excess[i] <= withins[row])
@@ -205,7 +215,7 @@ def implicit_hyperbolic(
     """Solve B cosh t + A sinh t = C."""
     width, bits, angle_bits = widths
     root_free, _, branch = rule
-    first_exponent, slacks, withins, all_heights, all_widths, shorts, beyonds = reach
+    first_exponent, slacks, withins, all_heights, rises, rooms, shorts, beyonds = reach
     last = slacks.size - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -250,7 +260,8 @@ def implicit_hyperbolic(
             rows[i] = min(max(span + excess - 1 - first_exponent, 0), last)
             # 1: two solutions; 2: the norm is b, and c was compared with it.
             kind = (2 if a == 0 else 1) if both else 0
-            height[i], wide[i] = (all_heights[rows[i]] if kind == 1 else NEVER), all_widths[rows[i]]
+            height[i] = all_heights[rows[i]] if kind == 1 else NEVER
+            wide[i] = _width(rises[rows[i]], rooms[rows[i]], target[i], bits)
             rows[i] = -1 if kind == 2 else rows[i]
             doubled[i], signs[i] = doublings, -1 if mirrored else 1
             solvable[i] = possible and (c != 0 or q[0] != 0)

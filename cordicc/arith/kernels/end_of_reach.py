@@ -11,19 +11,19 @@ sgn(0) = +1 the one from which a first turn by 90 degrees comes back. Notation a
 Height and width. Let the exact equation have |C| = N, and let the kernel's operands move N - C by at most s
 places: alignment, and a slack for what the operands were rounded before. With the errors E' of y, E of x
 and D of the target, before the gain, y - T is off by at most e = E' + D + s. As |y| = sqrt(N^2 - m x^2), the
-exact |y - C| is at least x^2/(2 Y), Y the largest of N and |y|, at most e beyond the largest number of a
-block. So the comparison has the right sign, or
+exact |y - C| is at least x^2/(2 Y), Y the larger of N and |y|, which is at most e beyond |C|. So the
+comparison has the right sign, or
 
-    |y - T| <= K e   and   x <= K (sqrt(2 Y e) + E),
+    |y - T| <= K e   and   x <= K (sqrt(2 Y e) + E) <= K (sqrt(2 |C| e) + sqrt(2) e + E),
 
 K the product of stretches so far, of which the step table knows the share of the largest, rounded up. With
 these as height and width *every* decision at x > 0 is towards the end, and where x < 0 the kernel turns
 back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N) (m = -1:
-asinh), of the end.
+asinh), of the end. Of |C| the leading bits are enough: `roots` are those of its sixteenths of a block.
 
 E' is less than E. For a target at the end |psi - theta| is at most the angles still to come, so x is at most
-N times their sum, and the roundings of its shifts, which are what y errs by, vanish as 2^-2S (m = 1; for
-m = -1 E is taken).
+N times the sine (m = -1: sinh) of their sum, and the roundings of its shifts, which are what y errs by,
+vanish as 2^-2S; so do the products of the target that are rounded.
 
 Depth. Elsewhere nothing changes: a decision is made by the sign of x only if the exact x is at most the width
 over K and E, and |y - C| at most the height over K and e; both grow by the rounding of the shares. Then
@@ -42,11 +42,16 @@ import numpy as np
 from cordicc.arith.kernels.circular_bound import implicit_residual_bound, shift_error
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
-from cordicc.arith.kernels.shift_sequences import SHARES, Sequence, exact_angle, step_table
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, Sequence, exact_angle, step_table
 from cordicc.base.arrays import Floats
 
 _ALIGNMENT = 1.0
 """Places by which the rounding of A, B and C to the block moves R - C, see `implicit_bounds`."""
+
+SIXTEENTHS, ROOT_SCALE = 16, 256
+
+ROOTS = tuple(math.ceil(ROOT_SCALE * math.sqrt((n + 1) / SIXTEENTHS)) for n in range(SIXTEENTHS + 1))
+"""Roots of |C| as a share of a block, by its whole sixteenths, rounded up, in units of 1/`ROOT_SCALE`."""
 
 _UP = 1 + 2.0**-40
 """Makes up for the roundings of this module's own arithmetic."""
@@ -76,21 +81,33 @@ class EndOfReach:
         """
         return np.asarray(self.stretch * (self.across + slack) * _UP)
 
-    def width(self, slack: Floats | float) -> Floats:
-        """Return the largest x at which the sign of x decides, in the kernel's places."""
+    def rise(self, slack: Floats | float) -> Floats:
+        """Return by how much the width grows with the root of |C|, for a |C| of a whole block."""
+        return np.asarray(self.stretch * np.sqrt(2 * self.largest * (self.across + slack)) * _UP)
+
+    def room(self, slack: Floats | float) -> Floats:
+        """Return the width without what grows with |C|; their sum is the largest x that decides."""
         error = self.across + slack
-        return np.asarray(self.stretch * (np.sqrt(2 * (self.largest + error) * error) + self.along) * _UP)
+        return np.asarray(self.stretch * (math.sqrt(2) * error + self.along) * _UP)
 
     def depth(self, slack: Floats | float) -> Floats:
         """Return the largest |N - C| in places for which the kernel may turn to the end instead."""
         over = self.rounded / self.stretch
-        x = self.width(slack) * over + self.along
-        if self.m > 0:
-            part = np.minimum(x, self.smallest)
-            fall = part * part / (self.smallest + np.sqrt(self.smallest**2 - part**2))
-        else:
-            fall = x * x / (self.smallest + np.hypot(self.smallest, x))
-        return np.asarray((fall + self.height(slack) * over + self.across) * _UP)
+        near = self.height(slack) * over + self.across
+        deepest = np.zeros_like(near)
+        for sixteenth, root in enumerate(ROOTS):
+            x = (self.rise(slack) * root / ROOT_SCALE + self.room(slack) + 2) * over + self.along
+            # |C| is at least so many sixteenths of a block, and N, for m = -1, may be less by what is added.
+            added = near + x * x / (2 * self.smallest) if self.m < 0 else 0.0
+            N = np.maximum(sixteenth * self.largest / SIXTEENTHS - added, self.smallest)
+            if self.m > 0:
+                part = np.minimum(x, N)
+                fall = part * part / (N + np.sqrt(N * N - part * part))
+            else:
+                fall = x * x / (N + np.hypot(N, x))
+            reached = (sixteenth + 1) * self.largest / SIXTEENTHS >= self.smallest - near - fall
+            deepest = np.maximum(deepest, np.where(reached, fall + near, 0.0))
+        return np.asarray(deepest * _UP)
 
 
 @cache
@@ -100,39 +117,40 @@ def end_of_reach(sequence: Sequence, fraction_bits: int, angle_bits: int) -> End
     Raises ValueError if the sequence has no bound, see `implicit_residual_bound`.
     """
     largest = math.ldexp(1.0, fraction_bits)
-    stretches = [1.0]
-    for shift in sequence.shifts:
-        square = 1 + sequence.m * math.ldexp(1.0, -2 * shift)
-        stretches.append(stretches[-1] * (square if sequence.root_free else math.sqrt(square)))
+    if sequence.m > 0:
+        along = implicit_residual_bound(sequence, 0, angle_bits, math.sqrt(2) * largest).vector_rounding
+        # Beside the end |C| is the largest number of the block, or all but equal to it.
+        smallest, aligned = largest / 2 - 1, _ALIGNMENT
+    else:
+        along = hyperbolic_residual_bound(sequence, 0, angle_bits, largest).vector_rounding
+        smallest = largest / 2 * math.exp(-HYPERBOLIC_REACH) / math.cosh(sequence.domain)
+        aligned = HYPERBOLIC_ALIGNMENT
+    factors = step_table(sequence, angle_bits).target_factors
+    turn, across_turn = (math.cos, math.sin) if sequence.m > 0 else (math.cosh, math.sinh)
+    angles = [float(exact_angle(sequence.m, shift, sequence.root_free)) for shift in sequence.shifts]
+    stretches, across, left, later = [1.0], aligned, math.pi, sum(angles)
+    for shift, angle, factor in zip(sequence.shifts, angles, factors, strict=True):
+        gain = stretches[-1]
+        later -= angle
+        left = min(left, later + angle + angles[-1])
+        norm, height = gain * (largest + along), gain * (largest + across)
+        # |x| as far as the angles to come reach; twice the error for that of the angle.
+        x = gain * (largest * across_turn(min(left, math.pi / 2)) + 2 * along)
+        square = sequence.m * math.ldexp(1.0, -2 * shift)
+        if sequence.root_free:
+            error_y = shift_error(shift - 1, x) + shift_error(2 * shift, norm)
+            error_x = shift_error(shift - 1, norm) + shift_error(2 * shift, x)
+            error_target = shift_error(2 * shift, height)
+            stretches.append(gain * (1 + square))
+        else:
+            error_y, error_x = shift_error(shift, x), shift_error(shift, norm)
+            error_target = min(0.5, height * math.ldexp(abs(factor), -FACTOR_BITS))
+            error_target += height * math.ldexp(1.0, -FACTOR_BITS - 1)
+            stretches.append(gain * math.sqrt(1 + square))
+        reach = min(later, math.pi / 2)
+        turned = error_y * max(1.0, turn(reach)) + error_x * across_turn(reach)
+        across += (turned + error_target) / stretches[-1]
     stretch = max(stretches)
     shares = step_table(sequence, angle_bits).stretched
     rounded = max(share * stretch / (SHARES * own) for share, own in zip(shares, stretches, strict=False))
-    if sequence.m > 0:
-        # Beside the end |C| is the largest number of the block, or all but equal to it.
-        bound = implicit_residual_bound(sequence, 0, angle_bits, math.sqrt(2) * largest)
-        across = _error_of_y(sequence, largest, bound.vector_rounding) + bound.target_rounding + _ALIGNMENT
-        return EndOfReach(1, across, bound.vector_rounding, largest, largest / 2 - 1, stretch, rounded)
-    end = hyperbolic_residual_bound(sequence, 0, angle_bits, largest)
-    across = end.vector_rounding + end.target_rounding + HYPERBOLIC_ALIGNMENT
-    smallest = largest / 2 * math.exp(-HYPERBOLIC_REACH) / math.cosh(sequence.domain)
-    return EndOfReach(-1, across, end.vector_rounding, largest, smallest, stretch, rounded)
-
-
-def _error_of_y(sequence: Sequence, largest: float, along: float) -> float:
-    """Return E': the roundings of y's own shifts, and of x's as far as later steps turn them into y."""
-    angles = [float(exact_angle(1, shift, sequence.root_free)) for shift in sequence.shifts]
-    left, later, gain, total = math.pi, sum(angles), 1.0, 0.0
-    for shift, angle in zip(sequence.shifts, angles, strict=True):
-        later -= angle
-        norm = gain * (largest + along)
-        across = gain * (largest * min(left, 1.0) + 2 * along)  # |x|, twice the error for asin(E/R)
-        if sequence.root_free:
-            error_y = shift_error(shift - 1, across) + shift_error(2 * shift, norm)
-            error_x = shift_error(shift - 1, norm) + shift_error(2 * shift, across)
-            gain *= 1 + math.ldexp(1.0, -2 * shift)
-        else:
-            error_y, error_x = shift_error(shift, across), shift_error(shift, norm)
-            gain *= math.sqrt(1 + math.ldexp(1.0, -2 * shift))
-        total += (error_y + error_x * math.sin(min(later, math.pi / 2))) / gain
-        left = later + angles[-1]
-    return total
+    return EndOfReach(sequence.m, across, along, largest, smallest, stretch, rounded)

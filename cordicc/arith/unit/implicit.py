@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cordicc.arith.kernels.blocks import ZERO_EXPONENT, Scaled, joined, normalise, shifted, to_float, unpack
-from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd, quarter_turn, sign
+from cordicc.arith.kernels.micro_rotations import NearEnd, quarter_turn, sign
 from cordicc.arith.kernels.reduction import compensated, ln2_multiple, sum_and_difference
 from cordicc.arith.kernels.shift_sequences import StepTable, pi_fixed
 from cordicc.arith.unit.reach import Near, ReachTable
@@ -79,7 +79,7 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     end = np.where(at_end, z + across, 0)
     if table.quarter_turns:
         x, y, z = quarter_turn(x, y, target, z, quarter)
-    turning = NearEnd(np.where(alone, NEVER, near.height), near.width)
+    turning = near.thresholds(target, table.fraction_bits, alone)
     x, y, target, z = table.kernel(x, y, target, z, table.steps, turning)
     z, x = np.where(at_end, end, z), np.where(at_end, 0, x)
     # With A = 0 < B the formula is +-acos(C/B), which has one sign.
@@ -123,7 +123,7 @@ def hyperbolic(branch: str, operands: list[Floats], table: ImplicitTable) -> tup
     twice_c = Scaled(c.mantissa, c.exponent + 1)
     x, y, target, exponent = _vector_of(p, q, twice_c, table)
     near = table.reach.at(exponent - 1)
-    turning = NearEnd(np.where(both & (A != 0), near.height, NEVER), near.width)
+    turning = near.thresholds(target, table.fraction_bits, ~both | (A == 0))
     x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps, turning)
     z += ln2_multiple(doublings, table.angle_bits)
     z *= np.where(mirrored, -1, 1)

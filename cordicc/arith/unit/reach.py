@@ -8,27 +8,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cordicc.arith.kernels.end_of_reach import end_of_reach
+from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, end_of_reach
 from cordicc.arith.kernels.gaps import largest_gap
+from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd
 from cordicc.arith.kernels.shift_sequences import Sequence
 from cordicc.arith.numbers.slack import Rows, Slack, rows_for
-from cordicc.base.arrays import Int64s
+from cordicc.base.arrays import Bools, Int64s
 
 
 class Near(NamedTuple):
     """Integers in places: what counts as the end, the kernel's thresholds, how far y ends from the target.
 
-    The end is where |C| is at most `slack` beyond it, or `within` before it.  `short` is how far y may end on
-    the near side of the target where there is a solution, `beyond` on the other: there the kernel turns to
-    the end, if that is no farther than it can tell.
+    The end is where |C| is at most `slack` beyond it, or `within` before it.  The kernel's width is `room`
+    and as much of `rise` as the root of |C| tells.  `short` is how far y may end on the near side of the
+    target where there is a solution, `beyond` on the other: there the kernel turns to the end, if that is no
+    farther than it can tell.
     """
 
     slack: Int64s
     within: Int64s
     height: Int64s
-    width: Int64s
+    rise: Int64s
+    room: Int64s
     short: Int64s
     beyond: Int64s
+
+    def thresholds(self, target: Int64s, fraction_bits: int, kept: Bools | bool) -> NearEnd:
+        """Return the thresholds of a kernel for targets in places; `NEVER` where a sample is kept from it."""
+        sixteenths = np.minimum(np.abs(target) >> (fraction_bits - 4), SIXTEENTHS)
+        width = (self.rise * _ROOTS[sixteenths] + (ROOT_SCALE - 1)) // ROOT_SCALE + self.room
+        return NearEnd(np.where(kept, NEVER, self.height), width)
+
+
+_ROOTS = np.array(ROOTS, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,5 +70,5 @@ def reach_table(sequence: Sequence, fraction_bits: int, angle_bits: int, slack: 
     beyond = rows.places(Fraction(slack.beyond) * scale, fraction_bits)
     short = largest_gap(sequence, fraction_bits, angle_bits) + end.stretch * beyond.astype(np.float64)
     farther = np.maximum(short, end.stretch * (end.depth(near) + end.across))
-    columns = (end.height(near), end.width(near), short, farther)
+    columns = (end.height(near), end.rise(near), end.room(near), short, farther)
     return ReachTable(rows, Near(beyond, within, *(np.ceil(c).astype(np.int64) for c in columns)))

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS
 from cordicc.arith.kernels.reduction import LN2_BITS
 from cordicc.arith.kernels.shift_sequences import ln2_fixed
 from cordicc.arith.numbers.fixed_system import FixedSystem
@@ -79,6 +80,9 @@ class _ModelTexts:
             "fixed": fixed,
             "operand_bits": self.arithmetic.system.operand_bits,
             "ln2": (ln2_fixed(LN2_BITS), LN2_BITS),
+            "roots": ROOTS,
+            "root_scale": ROOT_SCALE,
+            "root_scale_bits": ROOT_SCALE.bit_length() - 1,
             "phase": phase,
             **self.words.context(),
         }

@@ -46,7 +46,8 @@ def small_values(graph: Graph, inputs: Samples) -> dict[str, Floats]:
     moved = {name: np.zeros(count) for name in values}
     for _ in range(_TRIES):
         for name, shaken in _evaluated(graph, inputs, count, generator).items():
-            moved[name] = np.fmax(moved[name], np.abs(shaken - values[name]))
+            with np.errstate(invalid="ignore", over="ignore"):
+                moved[name] = np.fmax(moved[name], np.abs(shaken - values[name]))
     doubtful = np.zeros(count, dtype=bool)
     urgency = np.zeros(count)
     for name, value in values.items():
@@ -80,6 +81,7 @@ def _evaluated(
     for node in graph.nodes:
         made = value_of(node, [found[v.node] for v in node.operands], inputs, count)
         if generator is not None and node.op != "input":
-            made = made * (1 + _SHAKE * generator.uniform(-1, 1, count))
+            with np.errstate(over="ignore"):
+                made = made * (1 + _SHAKE * generator.uniform(-1, 1, count))
         found.append(made)
     return {name: found[v.node].copy() for name, v in graph.outputs.items()}

@@ -18,7 +18,7 @@ from cordicc.rewrite.search.options import Classes, Worse, alternatives
 from cordicc.rewrite.search.rebuilding import facts_of, rebuild
 from cordicc.rewrite.search.start import Filled, fill, sample_points
 
-_NODES = 400
+MOST_NODES = 400
 _WORSE = tuple(Worse(times) for times in (16.0, 16.0, 16.0, 8.0, 4.0))
 """What is allowed to an operation; each is tried anew only if something was banned since."""
 
@@ -82,7 +82,7 @@ class Realisations:
         self.left_out: list[str] = []
         """What the alternatives lack, in words."""
         points = None
-        if nodes > _NODES * work:
+        if nodes > MOST_NODES * work:
             self.left_out.append(f"all alternatives: {nodes} operations, too many for {at_effort(work)}")
         elif problem.inputs:
             points = sample_points(problem, graphs, words=costs.words)
