@@ -42,6 +42,16 @@ CASES: dict[str, tuple[Callable[..., Value], list[str]]] = {
         lambda b, x, y, w: b.emit("select", (square(b, b.emit("log", (x,))), y, w)),
         ["log", "mul", "guard"],
     ),
+    "no less than 0": (
+        lambda b, x, y, w: b.emit("max", (b.const(0), sum_of_squares(b, x, y))),
+        ["mul", "mul", "add"],
+    ),
+    "the size of what is not negative": (
+        lambda b, x, y, w: b.emit("abs", (sum_of_squares(b, x, y),)),
+        ["mul", "mul", "add"],
+    ),
+    "no less than 1": (lambda b, x, y, w: b.emit("max", (b.const(1), square(b, x))), ["mul", "max"]),
+    "the size of a number": (lambda b, x, y, w: b.emit("abs", (x,)), ["abs"]),
     "open": (lambda b, x, y, w: b.emit("select", (x, y, w)), ["select"]),
     "other equations": (
         lambda b, x, y, w: b.emit(

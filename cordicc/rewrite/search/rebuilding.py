@@ -68,7 +68,6 @@ def rebuild(
     kept = outputs[first]
     used = _used(builder, outputs.values())
     chosen_guards = set(extraction.guards)
-    guarded: set[tuple[Value, str]] = set()
     for index, need in enumerate(needs):
         met = [value_of(k) for k, o in need.met_by if extraction.provider.get(k) == o]
         if met:
@@ -78,8 +77,7 @@ def rebuild(
             subject, condition = value_of(need.subject), need.condition
         else:
             raise AssertionError("a condition is lost")
-        if (subject, condition) not in guarded and (condition != "any" or subject not in used):
-            guarded.add((subject, condition))
+        if condition != "any" or subject not in used:
             kept = builder.guard(kept, subject, condition)
             used |= _used(builder, [subject])
     outputs[first] = kept
