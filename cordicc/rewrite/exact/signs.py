@@ -8,8 +8,6 @@ within its range.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from cordicc.ir.graph import Value
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, monic
@@ -28,15 +26,21 @@ def never_negative(interval: Interval | None) -> bool:
     return interval is not None and interval.lo >= -_ROUNDED * interval.hi
 
 
+class _Table:
+    """Signs of monic polynomials, and what they make the signs of products of them."""
+
+    def __init__(self) -> None:
+        self.known: dict[Key, int] = {}
+        self.products: dict[Key, tuple[int, int]] = {}
+
+
 class Signs:
     """Known signs of monic polynomials: 1 for never negative, -1 for never positive."""
 
     def __init__(self, field: Field) -> None:
         self._field = field
-        self._known: dict[Key, int] = {}
-        self._unconditional: dict[Key, int] = {}
+        self._valid, self._always = _Table(), _Table()
         self._facts: dict[Key, str] = {}
-        self._products: dict[Key, tuple[int, int]] = {}
 
     def know(self, element: Element, sign: int, unconditional: int) -> None:
         """Note the sign of the numerator of an element that has one, if its denominator has one.
@@ -47,73 +51,60 @@ class Signs:
             unconditional: its sign for every input within its range, 0 if none is proven.
         """
         factor, base = monic(element.num)
-        for known, own, below in (
-            (self._known, sign, self.of),
-            (self._unconditional, unconditional, self.unconditional),
-        ):
-            total = own * below(element.den) if own else 0
+        for table, own in ((self._valid, sign), (self._always, unconditional)):
+            total = own * self._of(element.den, table) if own else 0
             if total and factor:
-                known.setdefault(Key(base), total if factor > 0 else -total)
+                table.known.setdefault(Key(base), total if factor > 0 else -total)
 
     def assume(self, element: Element, sign: int, fact: str) -> None:
         """Note a sign that rests on a fact."""
         factor, base = monic(element.num)
         if factor:
             self._facts[Key(base)] = fact
-            total = sign * self.of(element.den) * (1 if factor > 0 else -1)
-            self._known[Key(base)] = self._unconditional[Key(base)] = total
+            for table in (self._valid, self._always):
+                table.known[Key(base)] = sign * self._of(element.den, table) * (1 if factor > 0 else -1)
 
     def of(self, poly: Poly) -> int:
         """Return the sign of a polynomial, 0 if none is proven; facts that it rests on are touched."""
-        if len(poly) > LOOKUP_TERMS:
-            return 0
-        factor, base = monic(poly)
-        sign = 1 if factor >= 0 else -1
-        if base.is_constant():
-            return sign
-        return sign * (self._base(base, self._known) or self._product(base))
+        return self._of(poly, self._valid)
 
     def unconditional(self, poly: Poly) -> int:
         """Return the sign of a polynomial for every input within its range, 0 if none is proven.
 
         Where roots occur in it, for every input at which they are real.
         """
+        return self._of(poly, self._always)
+
+    def _of(self, poly: Poly, table: _Table) -> int:
         if len(poly) > LOOKUP_TERMS:
             return 0
         factor, base = monic(poly)
         sign = 1 if factor >= 0 else -1
         if base.is_constant():
             return sign
-        own = self._base(base, self._unconditional)
-        if own:
-            return sign * own
-        for part, exponent in self._field.factors(base)[1]:
-            if exponent % 2:
-                scale, normal = monic(part)
-                sign *= self._base(normal, self._unconditional) * (1 if scale > 0 else -1)
-        return sign
+        return sign * (self._base(base, table) or self._product(base, table))
 
-    def _product(self, base: Poly) -> int:
+    def _product(self, base: Poly, table: _Table) -> int:
         """Return the sign of a polynomial from those of its factors; kept until a new sign is known."""
-        key, known = Key(base), len(self._known)
-        cached = self._products.get(key)
+        key, known = Key(base), len(table.known)
+        cached = table.products.get(key)
         if cached is None or cached[0] != known or self._facts:
             sign = 1
             for part, exponent in self._field.factors(base)[1]:
                 if exponent % 2:
                     scale, normal = monic(part)
-                    sign *= self._base(normal, self._known) * (1 if scale > 0 else -1)
-            cached = self._products[key] = known, sign
+                    sign *= self._base(normal, table) * (1 if scale > 0 else -1)
+            cached = table.products[key] = known, sign
         return cached[1]
 
-    def _base(self, base: Poly, known: Mapping[Key, int]) -> int:
+    def _base(self, base: Poly, table: _Table) -> int:
         single = len(base) == 1 and base.total_degree() == 1
         if single and next(self._field.generators(base)) in self._field.radicands:
             return 1
         key = Key(base)
         if key in self._facts:
             self._field.touched.add(self._facts[key])
-        return self._field.definite.get(key, 0) or known.get(key, 0)
+        return self._field.definite.get(key, 0) or table.known.get(key, 0)
 
 
 def is_square_sum(known: EnclosedValues, value: Value, depth: int) -> bool:

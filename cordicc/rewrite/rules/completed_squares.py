@@ -12,10 +12,10 @@ from fractions import Fraction
 from typing import Any
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.exact import fold
-from cordicc.rewrite.exact.field import Poly, TooLarge, rational, square_root_of
+from cordicc.rewrite.exact.field import Poly, TooLarge, rational
 from cordicc.rewrite.exact.radicands import under_root
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.legs import leg, length
 from cordicc.rewrite.rules.rule import Given, Rule
 from cordicc.rewrite.rules.synthesis import Synthesis
 
@@ -46,7 +46,8 @@ def _add_lengths(given: Given) -> None:
             squares = None if poly is None or len(poly) > _TERMS else _squares(store, poly, _MOST)
             if squares is not None and len(squares) > 1:
                 store.begin(node.origin)
-                store.union(Value(index), _length(store, synthesis, squares))
+                legs = [leg(store, synthesis.polynomial(inside), factor) for factor, inside in squares]
+                store.union(Value(index), length(store, legs))
                 store.know_square_sum(store.field.times(radicand.num, radicand.den))
 
 
@@ -132,18 +133,6 @@ def _completed(store: Store, poly: Poly, index: int) -> tuple[Square | None, Pol
         return None, poly
     inside = store.field.generator(index) + linear / (2 * lead.leading_coefficient())
     return (factor, inside), store.field.reduce(poly - inside * inside * lead.leading_coefficient())
-
-
-def _length(store: Store, synthesis: Synthesis, squares: list[Square]) -> Value:
-    """Return the length of the vector of what is squared."""
-    legs = []
-    for factor, inside in squares:
-        scale = square_root_of(factor) or fold("sqrt", (), (factor,))
-        legs.append(store.scale(scale, synthesis.polynomial(inside)))
-    total, *rest = legs
-    for leg in rest:
-        total = store.make("vector", (total, leg, store.const(0)), (1, 1))[0]
-    return total
 
 
 COMPLETED_SQUARES = Rule(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from itertools import combinations
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.exact import fold
-from cordicc.rewrite.exact.field import square_root_of
 from cordicc.rewrite.exact.terms import terms_of
 from cordicc.rewrite.exact.values import Store
+from cordicc.rewrite.rules.legs import leg, length, root_of
 from cordicc.rewrite.rules.rule import Given, Need, Rule
 
 _MOST = 12
@@ -44,11 +43,11 @@ def _add_chains(given: Given) -> None:
         for other, part in roots.values():
             if len(part) < len(squares) and all(squares.get(v) == k for v, k in part.items()):
                 rest = [_leg(store, v, k) for v, k in squares.items() if v not in part]
-                store.union(root, _length(store, [other, *rest]))
+                store.union(root, length(store, [other, *rest]))
         legs = [_leg(store, v, k) for v, k in squares.items()]
         for pair in combinations(legs, 2) if len(legs) <= _PAIRED else [(legs[0], legs[1])]:
             rest = [v for v in legs if v not in pair]
-            store.union(root, _length(store, [_length(store, pair), _length(store, rest)]))
+            store.union(root, length(store, [length(store, pair), length(store, rest)]))
 
 
 def _squares(store: Store, root: Value) -> Squares | None:
@@ -83,17 +82,8 @@ def _squares(store: Store, root: Value) -> Squares | None:
 
 
 def _leg(store: Store, value: Value | None, square: Fraction) -> Value:
-    """Return the root of a multiple of a square, whatever its sign."""
-    scale = square_root_of(square) or fold("sqrt", (), (square,))
-    return store.const(scale) if value is None else store.scale(scale, value)
-
-
-def _length(store: Store, legs: Sequence[Value]) -> Value:
-    """Return the length of a vector with some components, in order."""
-    total, *rest = legs
-    for leg in rest:
-        total = store.make("vector", (total, leg, store.const(0)), (1, 1))[0]
-    return total
+    """Return the root of a multiple of a square, whatever its sign; the value None stands for 1."""
+    return store.const(root_of(square)) if value is None else leg(store, value, square)
 
 
 ROOT_CHAINS = Rule(
