@@ -19,7 +19,7 @@ from cordicc.ir.graph import Graph
 from cordicc.ir.problem import input_intervals
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
-from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.order import through_passes
 from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
 from cordicc.targets.target_file import load_target
@@ -80,9 +80,7 @@ def rewritten(name: str, target: str, goal: str) -> tuple[Choice, float]:
     loaded = load_target(target)
     context = PassContext(input_intervals(problem), goal)
     start = time.perf_counter()
-    graph = problem.graph
-    for step in default_passes(implicit=loaded.has_implicit):
-        graph = step.apply(graph, context)
+    graph = through_passes(problem.graph, context, implicit=loaded.has_implicit)
     choice = cheapest(problem, graph, context, Costs.of(loaded, implicit=loaded.has_implicit))
     seconds = time.perf_counter() - start
     check_meaning(problem, choice.graph)

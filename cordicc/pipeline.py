@@ -30,7 +30,7 @@ from cordicc.precision.allowed_error import TooInaccurate, allowed_errors, excep
 from cordicc.precision.choose import plan_with_formats
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
-from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.order import default_passes, through_passes
 from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
@@ -306,9 +306,7 @@ def most_accurate(problem: Problem, target: Target, *, implicit: bool, goal: str
     """Return the realisation of the passes in which small values lose the fewest digits."""
     floating = Costs.of(target, implicit=implicit).floating
     context = PassContext(input_intervals(problem), goal, floating, careful=True)
-    graph = problem.graph
-    for step in default_passes(implicit=implicit):
-        graph = step.apply(graph, context)
+    graph = through_passes(problem.graph, context, implicit=implicit)
     return Choice(graph, left_out=("all alternatives: an allowed error cannot be met by the cheapest",))
 
 

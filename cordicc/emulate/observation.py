@@ -38,13 +38,10 @@ def observe(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         Unattainable: no sample that the equations can do survives in the target's number format, or a check
             is beyond its limit.
     """
-    inputs = draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED)
+    inputs = plan.problem.facts.only(draw(plan.problem.workspace, DEFAULT_SAMPLES, DEFAULT_SEED))
     warnings: list[Diagnostic] = []
-    if plan.problem.facts.items:
-        kept = plan.problem.facts.kept(inputs)
-        inputs = {name: column[kept] for name, column in inputs.items()}
-        if not kept.any():
-            warnings.append(_unobserved())
+    if not all(column.size for column in inputs.values()):
+        warnings.append(_unobserved())
     outputs = functional_run.run(plan, plan.arithmetic, inputs)
     graph = plan.problem.program
     reference = reference_samples(graph)

@@ -80,11 +80,9 @@ def _looked_at(problem: Problem) -> tuple[dict[str, Floats], dict[str, Floats]]:
     if problem.samples is not None:
         return drawn, {name: column[:0] for name, column in drawn.items()}
     ends = corners(problem.workspace.ranges)
-    kept = problem.facts.kept(drawn)
-    if problem.assumptions and kept.any():
-        drawn = {name: column[kept] for name, column in drawn.items()}
-        held = problem.facts.kept(ends)
-        ends = {name: column[held] for name, column in ends.items()}
+    kept = problem.facts.only(drawn)
+    if all(column.size for column in kept.values()):
+        drawn, ends = kept, problem.facts.only(ends)
     return {name: np.concatenate([column, ends[name]]) for name, column in drawn.items()}, ends
 
 

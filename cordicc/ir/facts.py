@@ -83,10 +83,17 @@ class InputFacts:
             kept &= np.broadcast_to(self.kept_one(fact, samples), kept.shape)
         return kept
 
+    def only(self, samples: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return those of samples that keep every fact, perhaps none."""
+        if not self.items:
+            return dict(samples)
+        kept = self.kept(samples)
+        return {name: column[kept] for name, column in samples.items()}
+
     def among(self, samples: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Return those of samples that keep every fact; none is there, all of them."""
-        kept = self.kept(samples) if self.items else np.zeros(1, dtype=bool)
-        return {n: column[kept] for n, column in samples.items()} if kept.any() else dict(samples)
+        """Return those of samples that keep every fact; where there is none, all of them."""
+        found = self.only(samples)
+        return found if all(column.size for column in found.values()) else dict(samples)
 
 
 def _holds(relation: str, sides: Sides) -> Bools:

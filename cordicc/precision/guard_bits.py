@@ -62,9 +62,7 @@ def _small_roots(problem: PlanProblem, plan: Plan, drawn: Mapping[str, Floats]) 
     if graph is None or workspace.rows is not None:
         return {name: np.zeros(0) for name in drawn}
     ranges = {name: Interval(lo, hi) for name, (lo, hi) in workspace.ranges.items()}
-    found = towards_zero(graph, roots_of(graph), ranges, drawn)
-    kept = problem.facts.kept(found)
-    return {name: column[kept] for name, column in found.items()}
+    return problem.facts.only(towards_zero(graph, roots_of(graph), ranges, drawn))
 
 
 class _Judge:

@@ -16,7 +16,7 @@ from cordicc.ir.sampling import draw_with_corners
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.accuracy_gate import AccuracyGate, RoundingEffect
 from cordicc.rewrite.passes.base import PassContext
-from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.order import through_passes
 from cordicc.rewrite.passes.standard_chains import StandardChains
 from cordicc.rewrite.search.costs import Costs, of_graph
 from cordicc.rewrite.search.realisations import Found, Realisations
@@ -66,12 +66,10 @@ def cheapest(problem: Problem, graph: Graph, context: PassContext, costs: Costs)
         context: the ranges of the inputs and the goal.
         costs: what operations cost.
     """
-    bases = []
-    for goal in ("processors", "latency"):
-        base = problem.graph
-        for step in default_passes(implicit=True):
-            base = step.apply(base, replace(context, goal=goal))
-        bases.append(base)
+    bases = [
+        through_passes(problem.graph, replace(context, goal=goal), implicit=True)
+        for goal in ("processors", "latency")
+    ]
     points = sample_points(problem, bases, _POINTS, costs.words)
     if points is None:
         words = "all alternatives: too few samples of the inputs have a value"

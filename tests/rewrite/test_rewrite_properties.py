@@ -13,7 +13,7 @@ from cordicc.ir.problem import InputSpec, OutputSpec, Problem
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import cheapest
 from cordicc.rewrite.passes.base import PassContext
-from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.order import through_passes
 from cordicc.rewrite.search.costs import Costs, of_graph
 from tests.support.rewriting import KINEMATIC
 from tests.support.selection import quick
@@ -124,9 +124,7 @@ def test_random_trees_keep_their_meaning(seed: int) -> None:
     ranges = {s.name: Interval(float(s.lo) - 1e-15, float(s.hi) + 1e-15) for s in problem.inputs}
     goal = ("processors", "latency", "area")[seed % 3]
     context = PassContext(ranges, goal)
-    graph = problem.graph
-    for step in default_passes(implicit=True):
-        graph = step.apply(graph, context)
+    graph = through_passes(problem.graph, context, implicit=True)
     costs = Costs.of(KINEMATIC, implicit=True)
     choice = cheapest(problem, graph, context, costs)
     verify(choice.graph)

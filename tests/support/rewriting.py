@@ -13,7 +13,7 @@ from cordicc.ir.problem import Problem, input_intervals
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.cheapest import Choice, cheapest
 from cordicc.rewrite.passes.base import PassContext
-from cordicc.rewrite.passes.order import default_passes
+from cordicc.rewrite.passes.order import through_passes
 from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import UNITS, Costs
 from cordicc.targets.target_file import load_target
@@ -35,10 +35,7 @@ def problem_of(folder: Path, inputs: str, equations: str, outputs: str, rest: st
 def certain(problem: Problem, goal: str = "processors", *, implicit: bool = True) -> Graph:
     """Return the realisation of the passes alone."""
     context = PassContext(input_intervals(problem), goal)
-    graph = problem.graph
-    for step in default_passes(implicit=implicit):
-        graph = step.apply(graph, context)
-    return graph
+    return through_passes(problem.graph, context, implicit=implicit)
 
 
 def searched(problem: Problem, goal: str = "processors", *, implicit: bool = True) -> Choice:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from cordicc.rewrite.passes.base import Pass
+from cordicc.ir.graph import Graph
+from cordicc.rewrite.passes.base import Pass, PassContext
 from cordicc.rewrite.passes.implicit_forms import ImplicitForms
 from cordicc.rewrite.passes.quotients import Quotients
 from cordicc.rewrite.passes.rotations import Rotations
@@ -28,3 +29,10 @@ def default_passes(*, implicit: bool) -> tuple[Pass, ...]:
         *(() if implicit else (StandardChains(),)),  # the whole circle of implicit forms is known now
         Quotients(),  # last: no pattern wants the remaining quotients
     )
+
+
+def through_passes(graph: Graph, context: PassContext, *, implicit: bool) -> Graph:
+    """Return what the passes make of a graph, one after the other; `implicit` as in `default_passes`."""
+    for step in default_passes(implicit=implicit):
+        graph = step.apply(graph, context)
+    return graph
