@@ -146,9 +146,12 @@ class AccuracyGate:
             inside = np.zeros_like(made[0])
             for r, step in enumerate(outside):
                 column = columns.get(Value(index, r))
-                if column is not None:
-                    # The residual of an equation moves its angle much further than rounding does.
-                    (inside if node.op == "implicit" else step)[column] = 1.0
+                if column is not None and node.op != "implicit":
+                    step[column] = 1.0
+                elif column is not None:
+                    # The residual of an equation moves its angle much further than rounding does, and away
+                    # from a double root at that: beyond it there is no solution.
+                    inside[column] = -1.0 if operands[2][column] > 0 else 1.0
             return disturbances.disturbed(index, node, operands, made, inside, outside)
 
         # One column for each result, in which it alone is moved, and one in which none is.

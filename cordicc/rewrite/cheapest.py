@@ -120,7 +120,7 @@ class _Search:
     """Takes the cheapest of realisations that is accurate enough, `passes` if there is no better one.
 
     `tried` are the others of the last round, and `rejected` the costs of those of the rounds before.
-    `turned_down` are the checks for which cheaper ones were turned down.  What checks want of realisations is
+    `turned_down` has the least cost of what was turned down for a check.  What checks want of realisations is
     learnt of those that are not accurate: `apart` are the operations of the passes' realisation whose results
     must not be scaled, `together` tells whether equations must share roots; `again` that there is more of it.
     """
@@ -132,7 +132,7 @@ class _Search:
     context: PassContext
     tried: list[_Tried] = field(default_factory=list)
     rejected: list[tuple[int, ...]] = field(default_factory=list)
-    turned_down: dict[str, None] = field(default_factory=dict)
+    turned_down: dict[str, tuple[int, ...]] = field(default_factory=dict)
     apart: frozenset[int] = frozenset()
     together: bool = False
     again: bool = False
@@ -175,7 +175,10 @@ class _Search:
             moved = each.effect.inaccurate or each.effect.far
             assert moved is not None
             if moved[0] in self.problem.check_graph.outputs:
-                self.turned_down[moved[0]] = None
+                self.turned_down[moved[0]] = min(cost, self.turned_down.get(moved[0], cost))
+                if not self.together:
+                    self.together = self.again = True
+                    return False
             # In chains of standard units results are no longer those of the search.
             if self.costs.implicit and not self._ban(realisations, found, moved, close=kept is not None):
                 return False
@@ -209,7 +212,7 @@ class _Search:
             found.steps if found is not None and self.costs.implicit else {},
             found.facts if found is not None else (),
             self._words(best),
-            tuple(self.turned_down),
+            tuple(name for name, cost in self.turned_down.items() if cost < best.cost),
         )
 
     def _words(self, chosen: _Tried) -> tuple[str, ...]:
@@ -233,9 +236,6 @@ class _Search:
             close: whether results that the passes' realisation needs may be banned too.
         """
         if moved[0] in self.problem.check_graph.outputs:
-            if not self.together:
-                self.together = self.again = True
-                return False
             # Errors of a unit move it where not all that should follows from the unit.
             units = self.gate.movers(found.graph, *moved, found.sources)
             for unit in units:

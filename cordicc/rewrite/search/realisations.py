@@ -22,7 +22,10 @@ MOST_NODES = 400
 _WORSE = tuple(Worse(times) for times in (16.0, 16.0, 16.0, 8.0, 4.0))
 """What is allowed to an operation; each is tried anew only if something was banned since."""
 
-_WORSE_FIXED = (Worse(256.0), Worse(16.0), *(Worse(times, than_any=True) for times in (64.0, 16.0, 4.0)))
+_WORSE_FIXED = (
+    *(Worse(times) for times in (256.0, 16.0, 16.0, 16.0)),
+    *(Worse(times, than_any=True) for times in (64.0, 16.0, 4.0)),
+)
 """The same on fixed point: words of one step everywhere blur how much of an error an output sees, and what
 the passes make need not be accurate."""
 
