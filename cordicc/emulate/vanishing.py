@@ -39,7 +39,10 @@ _WAYS, _FEWEST = 24, 6
 """Ways to the zeros of a denominator, and how few do where a problem is large."""
 
 _WORK = 60_000
-"""Operations on arrays that the search for zeros of all denominators may take."""
+"""Operations on arrays that the last resort of the search for zeros of all denominators may take."""
+
+_LOOKED_AT = 5_000
+"""Operations, counted anew for each denominator that they lead to, with which zeros are looked for."""
 
 _REACH = 2.0**-10
 """Of the usual size of a denominator: rows of the problem's own samples that come so near to a zero do so."""
@@ -72,9 +75,12 @@ def with_ends(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
     if not denominators:
         return plan, []
     run = _Run.of(plan)
-    near = [(each, points) for each in denominators if (points := run.near(each, len(denominators)))]
+    sizes = np.cumsum([len(plan.problem.program.live([each.value])) for each in denominators])
+    count = int(np.searchsorted(sizes, _LOOKED_AT, side="right"))
+    near = [(each, points) for each in denominators[:count] if (points := run.near(each, count))]
     ways = reference_samples(plan.problem.program) // _SHARES.size
-    looked_at, left = near[: ways // _FEWEST], near[ways // _FEWEST :]
+    looked_at = near[: ways // _FEWEST]
+    left = [each for each, _ in near[ways // _FEWEST :]] + denominators[count:]
     warnings = []
     ends: dict[str, list[AccuracyEnd]] = {name: [] for name in plan.accuracy}
     for denominator, points in looked_at:
@@ -84,7 +90,7 @@ def with_ends(plan: Plan) -> tuple[Plan, list[Diagnostic]]:
         for name, end in found.items():
             ends[name].append(end)
     if left:
-        warnings.append(_left_out(left[0][0]))
+        warnings.append(_left_out(left[0]))
     accuracy = {name: replace(figures, ends=tuple(ends[name])) for name, figures in plan.accuracy.items()}
     return replace(plan, accuracy=accuracy), warnings
 

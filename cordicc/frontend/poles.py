@@ -18,7 +18,7 @@ from cordicc.ir.problem import Problem
 _HALVINGS = 60
 _NEARLY_ZERO = 1e-9
 
-_WORK = 2_000_000
+_WORK = 500_000
 """Operations that halving evaluates at the most, over all suspects."""
 
 _STEP = 2.0**-50

@@ -111,7 +111,7 @@ def test_pointing_shows_what_it_is_and_its_way(
 
 def test_the_way_goes_on_in_other_rows(page: Page, puma: Plan, puma_report: Path) -> None:
     open_report(page, puma_report)
-    operation = next(o for o in puma.operations if o.equation == "q3" and o.op == "implicit")
+    operation = next(o for o in puma.operations if o.op == "implicit")
     page.point_at(f"[data-what=datapath] [data-id='op.{operation.id}']")
     assert set(page.ask(LIT, "datapath")) == reached(puma, f"op.{operation.id}")
     rows = "[...document.querySelectorAll('[data-what=datapath] .wide')]"
