@@ -4,7 +4,8 @@ Where the equations are at the border, |C| = R or a root of 0, the words are bes
 as not. Their distance is at most that of the operands' errors, which the forward sweep bounds: over the whole
 ranges for every sample, and for each sample alone. The former is enough for all, but where ranges are wide it
 may be far from what any sample has; so the slack is at most `_ENOUGH` times what is proven of nine in ten of
-the default samples next to the border.
+the default samples next to the border. Where an error makes an operation choose otherwise, what it chooses
+is right beside the sample, and errs as little: such a jump is no distance.
 
 Beyond the border the slack takes nothing away: what is there has no other value. Before the end of reach it
 would, so what counts as the end there is no more than what half of the samples need, or as much where many of
@@ -61,8 +62,10 @@ def with_borders(plan: Plan) -> Plan:
     if not net.inputs:
         return plan
     points = draw_with_corners(plan.problem.workspace, _SAMPLES)
-    alone = forward(net, net.steps, {name: Boxes(points[name], points[name]) for name in net.inputs}, {})
+    samples = {name: Boxes(points[name], points[name]) for name in net.inputs}
+    alone = forward(net, net.steps, samples, {}, jumps=False)
     ranges = {name: Boxes(np.array([i.lo]), np.array([i.hi])) for name, i in net.inputs.items()}
+    steady = forward(net, net.steps, ranges, {}, jumps=False)
     whole = forward(net, net.steps, ranges, {})
     rounded = _rounded_only(net)
     # Words of fixed point err by as much whatever their size.
@@ -73,12 +76,13 @@ def with_borders(plan: Plan) -> Plan:
             assert operation.id == step.id
             if has_border(step.op, step.params):
                 valid = ~alone.empty(net.before(step))
-                distances = _distance(step, alone, valid), _distance(step, whole, np.array([True]))
-                border = _Border(step, *distances)
+                near, far = _distance(step, alone, valid), _distance(step, steady, np.array([True]))
+                border = _Border(step, near, far)
                 slack = EXACT if _monotone(step, rounded) else border.slack(scaled=not fixed_point)
                 operation = replace(operation, slack=slack)
                 if step.op == "implicit":
                     boxes = [whole.operand(operand)[0] for operand in step.operands]
+                    border = replace(border, whole=_distance(step, whole, np.array([True])))
                     operation = replace(operation, end_error=border.end_error(slack, boxes))
             operations.append(operation)
     return replace(plan, operations=tuple(operations))
