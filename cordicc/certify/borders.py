@@ -46,6 +46,9 @@ _MOST = 0.9
 
 _ENOUGH = 2.0
 
+_SMALL = 2.0**-16
+"""An error that is small beside an operand, as a share of it."""
+
 _ALIKE = 32.0
 """Errors are alike if nine in ten are at most so many times as large as one in twenty is."""
 
@@ -200,8 +203,9 @@ class _Border:
 
     @property
     def at_border(self) -> Bools:
-        """Tell which samples are at the border, as far as errors tell."""
-        return self.usable & (np.abs(self.alone.margin) <= _ENOUGH * self.alone.moved)
+        """Tell which samples are at the border, as far as errors tell that are small beside the operands."""
+        moved = np.minimum(self.alone.moved, _SMALL * self.alone.size)
+        return self.usable & (np.abs(self.alone.margin) <= _ENOUGH * moved)
 
     @property
     def clamped(self) -> bool:
@@ -209,14 +213,16 @@ class _Border:
         return bool(_NEAREST * self.at_border.sum() > self.usable.sum())
 
     def near(self) -> tuple[Floats, Floats]:
-        """Return how far samples are carried that are at the border or nearest to it, and their sizes."""
+        """Return how far samples are carried that are nearest to the border, and their sizes."""
         usable = self.usable
         if not usable.any():
             return self.alone.moved[usable], self.alone.size[usable]
-        # In errors of their own: beside a large sample a small one is always near.
-        distance = np.abs(self.alone.margin) / np.where(usable, self.alone.moved, 1.0)
+        # Beside a large sample a small one is always near.  Of the operand of a condition the size says nothing.
+        sized = self.step.op in ("implicit", "vector")
+        distance = np.abs(self.alone.margin) / np.where(usable & sized, self.alone.size, 1.0)
         last = (int(usable.sum()) - 1) // _NEAREST
-        near = usable & (distance <= float(np.partition(distance[usable], last)[last])) | self.at_border
+        near = usable & (distance <= float(np.partition(distance[usable], last)[last]))
+        near |= self.at_border if sized else False
         return self.alone.moved[near], self.alone.size[near]
 
     def _within(self, usual: float) -> float:
