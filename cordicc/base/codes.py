@@ -257,7 +257,7 @@ HELP: dict[str, str] = {
     "W611": "Remove the column, or ignore this.",
     "W616": "More samples: --vcd-samples.",
     "W617": "Correct the inputs or the assumption; outputs of such samples may be wrong by any amount.",
-    "W618": "Give the inputs with more digits; proofs count the equation as exact, so no bound holds for them.",
+    "W618": "Give the inputs with more digits; proofs take the equation as exact, and hold for no others.",
     "W710": "Reduce the argument first, or use another sequence.",
     "W711": "Choose operands for which the operation has a result.",
     "W712": "Use --sequence root-free or single-rotation.",

@@ -4,10 +4,10 @@ Where the equations are at the border, |C| = R or a root of 0, the words are bes
 as not. Their distance is at most that of the operands' errors, which the forward sweep bounds: over the whole
 ranges for every sample, and for each sample alone. The former is enough for all, but where ranges are wide it
 may be far from what any sample has. So samples next to the border are looked at, large and small ones. Where
-their errors are alike, in the operands' unit or relative to the operands, the slack is `_ENOUGH` times what is
-proven of nine in ten of them; else it is no more than most of them need, so that no sample is taken for one at
-the border that is farther from it than its own errors. Where an error makes an operation choose otherwise, what it chooses
-is right beside the sample, and errs as little: such a jump is no distance.
+their errors are alike, in the operands' unit or relative to the operands, the slack is `_ENOUGH` times what
+is proven of nine in ten of them; else it is no more than most of them need, so that no sample is taken for
+one at the border that is farther from it than its own errors. Where an error makes an operation choose otherwise,
+what it chooses is right beside the sample, and errs as little: such a jump is no distance.
 
 Before the end of reach a slack takes solutions away, so what counts as the end there is no more than what
 half of the samples need, or as much where many of them are at the border, as by a clamp.
@@ -217,7 +217,7 @@ class _Border:
         usable = self.usable
         if not usable.any():
             return self.alone.moved[usable], self.alone.size[usable]
-        # Beside a large sample a small one is always near.  Of the operand of a condition the size says nothing.
+        # Beside a large sample a small one is always near; a condition's operand has no size but its own.
         sized = self.step.op in ("implicit", "vector")
         distance = np.abs(self.alone.margin) / np.where(usable & sized, self.alone.size, 1.0)
         last = (int(usable.sum()) - 1) // _NEAREST

@@ -83,8 +83,8 @@ class FactTally:
         rough = []
         if self.rough:
             message = (
-                f"{self.rough} of {self.samples} {noun}s keep what the problem assumes to 1e-6 alone, not to the "
-                "rounding of double precision: no bound holds for them"
+                f"{self.rough} of {self.samples} {noun}s keep what the problem assumes to 1e-6 alone, not to "
+                "the rounding of double precision: no bound holds for them"
             )
             rough = [Diagnostic("W618", message, None, "give the inputs with more digits", Severity.WARNING)]
         if self.first is None:
