@@ -30,8 +30,9 @@ from cordicc.ir import sampling
 from cordicc.ir.meaning.intervals import Interval
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.ir.ops import OPS, Level
-from cordicc.pipeline import Options, compile_file, plan_file
+from cordicc.pipeline import Options, plan_file
 from cordicc.plan.model import Plan
+from tests.support import plans
 from tests.support.operations import cases, graph_of
 
 NUMBERS = st.floats(-50, 50, allow_subnormal=False)
@@ -135,7 +136,7 @@ def test_climb_finds_a_peak() -> None:
 def planned(folder: Path, text: str, target: str = "fixed24") -> Plan:
     path = folder / "problem.yaml"
     path.write_text(text, encoding="utf-8")
-    return plan_file(path, Options(target)).plan
+    return plans.planned(path, target=target, effort=0.1)
 
 
 SMALL = """\
@@ -312,7 +313,7 @@ def test_exact_enclosures_hold_the_reference(tmp_path: Path) -> None:
 def test_a_plan_states_and_judges_its_bounds(tmp_path: Path) -> None:
     path = tmp_path / "p.yaml"
     path.write_text(TINY, encoding="utf-8")
-    plan = compile_file(path, Options("fixed24")).plan
+    plan = plans.compiled(path, target="fixed24", effort=0.1)
     for figures in plan.accuracy.values():
         bound = figures.bound
         assert bound is not None
@@ -325,7 +326,9 @@ def test_a_plan_states_and_judges_its_bounds(tmp_path: Path) -> None:
     held = stated.inside(sampling.draw(plan.problem.workspace, 10_000, 3))
     assert set(held) == set(plan.outputs)
     assert all(inside.all() for inside in held.values())
-    assert compile_file(path, Options("fixed24", certify=False)).plan.accuracy["a"].bound is None
+    path.write_text("inputs: {x: [0.5, 1]}\nequations: ['a = 3*x']\n", encoding="utf-8")
+    assert plans.compiled(path, target="fixed24").accuracy["a"].bound is not None
+    assert plans.compiled(path, target="fixed24", certify=False).accuracy["a"].bound is None
 
 
 ALLOWED = """\

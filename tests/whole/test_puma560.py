@@ -5,7 +5,7 @@ import pytest
 
 import cordicc
 from tests.support.paths import EXAMPLES
-from tests.support.plans import compiled
+from tests.support.plans import compiled, planned
 from tests.support.selection import quick
 
 D1, A2, A3, D3, D4 = 0.67183, 0.4318, 0.0203, 0.15005, 0.4318
@@ -49,8 +49,10 @@ def poses(q5: float | None, count: int = 1_000) -> dict[str, np.ndarray]:
     return {name: np.clip(column, -1, 1) for name, column in names} | place
 
 
-@pytest.fixture(scope="module", params=quick(["kinematic", "fixed24"], "kinematic"))
+@pytest.fixture(scope="module", params=quick(["kinematic", "fixed24", "little effort"], "little effort"))
 def plan(request: pytest.FixtureRequest) -> cordicc.Plan:
+    if request.param == "little effort":  # more units, same values; the browser draws this plan too
+        return planned(EXAMPLES / "puma560.yaml", effort=0.01)
     # Without options as other tests ask for it, so that it is compiled once.
     options = {} if request.param == "kinematic" else {"target": request.param, "certify": False}
     return compiled(EXAMPLES / "puma560.yaml", **options)
@@ -88,5 +90,6 @@ def plan_checks(plan: cordicc.Plan):
     return {check.name: check for check in plan.problem.checks if check.asked}
 
 
+@pytest.mark.exhaustive(reason="the whole search takes half a minute; quick ones count units of smaller arms")
 def test_it_takes_few_units() -> None:
     assert compiled(EXAMPLES / "puma560.yaml").processors()["total"] <= 7
