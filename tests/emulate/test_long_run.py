@@ -148,7 +148,7 @@ def test_errors_and_their_histogram() -> None:
 
 
 def test_search_finds_no_smaller_error(file: Path) -> None:
-    command = ("simulate", file, "--random", 2000, "--report")
+    command = ("simulate", file, "--random", 500, "--report")
     data = json.loads(run(*command, "--json").stdout)
     for record in data["accuracy"].values():
         assert record["search"]["error"] >= record["observed"]["max"]
