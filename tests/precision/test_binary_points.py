@@ -85,7 +85,7 @@ def test_an_implicit_equation_bounds_its_target_and_what_that_is_made_of() -> No
     [
         "planar_2r_solve",
         slow("catenary_two_supports"),
-        "double_wishbone_2d",
+        slow("double_wishbone_2d"),
         slow("humanoid_leg_6dof"),
         "lorentz_boost",
     ],

@@ -14,14 +14,15 @@ from tests.support.selection import quick
 FONTS = ("", "'DejaVu Sans', sans-serif")
 """As it is, and the widest of the common fonts."""
 
-LARGE = ("examples/arm_6r", "examples/puma560")
-"""Plans that take long to find; of those made by hand some are larger."""
+QUICK = [name for name in PLANS if name.startswith("hard/")]
+QUICK += ["random, 40 units", "examples/wheel_suspension", "examples/planar_2r"]
+"""Plans made by hand, larger than those of most examples, and two that other tests compile too."""
 
 FINDINGS = script("findings")
 
 
 @pytest.mark.parametrize("view", artefacts.VIEWS)
-@pytest.mark.parametrize("name", quick(PLANS, *(name for name in PLANS if name not in LARGE)))
+@pytest.mark.parametrize("name", quick(PLANS, *QUICK))
 def test_labels(page: Page, tmp_path: Path, name: str, view: str) -> None:
     file = tmp_path / "picture.html"
     # In a page: a picture of its own is given the size of the window.
