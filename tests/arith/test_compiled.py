@@ -15,6 +15,7 @@ from cordicc.emulate import functional
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
 from tests.support.plans import planned
+from tests.support.selection import slow
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 
 needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")
@@ -121,9 +122,12 @@ def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int,
 
 @needs_numba
 @pytest.mark.filterwarnings("default")
-@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
-def test_a_plan_has_the_same_bits(target: str) -> None:
-    plan = planned(EXAMPLES / "quadruped_leg.yaml", target=target)
+@pytest.mark.parametrize(
+    ("name", "target"),
+    [("quadruped_leg", "kinematic"), slow(("quadruped_leg", "fixed24")), ("wheel_beta", "fixed24")],
+)
+def test_a_plan_has_the_same_bits(name: str, target: str) -> None:
+    plan = planned(EXAMPLES / f"{name}.yaml", target=target)
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 3000, 4)
     plain = functional.run(plan, machine, samples)

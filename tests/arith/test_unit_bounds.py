@@ -11,7 +11,7 @@ from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.plan.model import dependence_order
-from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.corpus import EFFORT_CASES, LITTLE_CASES, inputs_of, problem_path
 from tests.support.plans import planned
 from tests.support.selection import quick
 
@@ -90,9 +90,9 @@ def check(operation, unit, operands, words, formats):
             assert np.all(np.abs(got - want) <= bound + rounding + SLACK * (1 + np.abs(want)))
 
 
-@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
-def test_every_unit_is_within_its_bound(name: str) -> None:
-    plan = planned(problem_path(name), target="fixed24")
+@pytest.mark.parametrize(("name", "effort"), quick(EFFORT_CASES, *LITTLE_CASES))
+def test_every_unit_is_within_its_bound(name: str, effort: float) -> None:
+    plan = planned(problem_path(name), target="fixed24", effort=effort)
     arithmetic = plan.arithmetic
     formats = PortFormats.of(plan, arithmetic)
     inputs = inputs_of(name)

@@ -74,7 +74,9 @@ def test_unit_operations(case: tuple[str, dict[str, Any]], target: str, seed: in
 
 
 @needs_compiler
-@pytest.mark.parametrize("target", ["kinematic", "krieger96", "fixed24", "fixed32", "fixed12"])
+@pytest.mark.parametrize(
+    "target", ["kinematic", slow("krieger96"), "fixed24", slow("fixed32"), slow("fixed12")]
+)
 @pytest.mark.parametrize("seed", quick(range(4), 0))
 def test_random_graphs(target: str, seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
@@ -230,7 +232,7 @@ def test_without_main_it_is_a_library(tmp_path: Path) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
+@pytest.mark.parametrize("target", [slow("kinematic"), "fixed24"])
 def test_compiler_dialects_and_optimisation_change_nothing(target: str, tmp_path: Path) -> None:
     """All headers' own names are visible here, and products may be fused with sums where the machine can."""
     plan = Generator(arithmetic(target), 2).plan(variants()[:20] + CAU_VARIANTS, 4)

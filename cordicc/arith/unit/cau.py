@@ -283,6 +283,11 @@ def standard_table(unit: Cau, m: int) -> StepTable:
     return _table(m, unit, False)
 
 
+def implicit_steps(unit: Cau, m: int) -> StepTable:
+    """Return the constants of the unit's implicit iterations."""
+    return _table(m, unit, unit.rule == "root-free")
+
+
 @cache
 def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.ImplicitTable:
     """Return the kernel, the widths and the constants of the unit's implicit iterations."""
@@ -290,7 +295,7 @@ def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.Imp
     sequence = _sequence(m, unit, root_free)
     return implicit_unit.ImplicitTable(
         kernel=micro_rotations.implicit_root_free if root_free else micro_rotations.implicit,
-        steps=_table(m, unit, root_free),
+        steps=implicit_steps(unit, m),
         quarter_turns=not root_free,
         operand_bits=unit.operand_bits,
         fraction_bits=unit.fraction_bits,
