@@ -123,3 +123,37 @@ def test_the_summary_says_what_an_angle_is_off_near_the_end(tmp_path: Path) -> N
     assert off.max() <= error.angle_rad
     far = 1 - c > 4 * error.residual
     assert (off <= 1.2 * error.residual / np.sqrt(1 - c * c) + 2.0**-23)[far].all()
+
+
+COSINE_LAW = """
+inputs: {x: [0.001, 1000], y: [0.001, 1000], z: [0.001, 1000]}
+equations: ["q = acos((x**2 + y**2 - z**2)/(2*x*y))"]
+outputs: [q]
+"""
+
+
+@pytest.mark.parametrize("target", quick(["kinematic", "imscor24", "krieger96"], "kinematic"))
+def test_small_samples_of_wide_ranges_are_not_at_the_border(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, COSINE_LAW), target=target)
+    inside = {"x": [0.1, 0.3, 0.01, 80.0], "y": [0.1, 0.4, 0.01, 0.9], "z": [0.1, 0.5, 0.019, 80.1]}
+    found = run(plan, **inside)
+    x, y, z = (np.array(inside[name]) for name in "xyz")
+    assert found["valid"].all()
+    assert np.abs(found["q"] - np.arccos((x**2 + y**2 - z**2) / (2 * x * y))).max() < 1e-4
+    outside = run(plan, x=[0.001, 0.1, 1], y=[0.001, 0.1, 1], z=[0.003, 0.205, 2.01])
+    assert not outside["valid"].any()
+
+
+JUMPS = """
+inputs: {x: [0.1, 0.9], y: [-1, 1]}
+equations:
+  - solve: x*y*cos(q) + max(y, y)*sin(q) = x
+    for: q
+    branch: q < 0
+"""
+
+
+def test_a_choice_that_errors_change_is_no_distance(tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, JUMPS), target="kinematic")
+    assert all(slack.beyond < 1e-5 for slack in slacks(plan))
+    assert run(plan, x=[0.13, 0.13], y=[0.19, 0.99])["valid"].tolist() == [False, False]

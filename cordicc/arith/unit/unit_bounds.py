@@ -53,11 +53,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.kernels.circular_bound import shift_error
+from cordicc.arith.kernels.reduction import QUARTER_GUARD_BITS, QuarterTurns
 from cordicc.arith.kernels.shift_sequences import (
     Sequence,
     StepTable,
     exact_angle,
     exact_gain,
+    pi_fixed,
     standard,
     step_table,
 )
@@ -115,15 +117,19 @@ class VectoringBound:
     angle: float
 
 
-def rotation_bound(unit: Cau, m: int) -> LengthBound:
+def rotation_bound(unit: Cau, m: int, quarters: QuarterTurns | None = None) -> LengthBound:
     """Bound the error of a rotation's results, which are not rounded to a format yet.
 
     The norm in `LengthBound.error` is sqrt(x^2 + y^2) for m = 1, and the error that of the vector; the
     larger result for m = -1; for m = 0 |x z|, if that is no less than |y|, else 2^-48 of y is to be added.
+    For m = 1 the angle is reduced by the table of `quarters`; without one the bound is that of the product,
+    which errs more than any table does and so holds for both.
     The derivation is the module's text.  Raises ValueError if a block does not hold an operand.
     """
     _check(unit)
-    return {1: _circular_rotation, 0: _linear_rotation, -1: _hyperbolic_rotation}[m](unit)
+    if m == 1:
+        return _circular_rotation(unit, quarters)
+    return (_hyperbolic_rotation if m else _linear_rotation)(unit)
 
 
 def vectoring_bound(unit: Cau, m: int) -> VectoringBound:
@@ -164,11 +170,14 @@ def lightcone_bound(unit: Cau) -> VectoringBound:
     return VectoringBound(composed(norm), _angle(angle))
 
 
-def _circular_rotation(unit: Cau) -> LengthBound:
+def _circular_rotation(unit: Cau, quarters: QuarterTurns | None) -> LengthBound:
     sequence = standard(1, unit.iterations)
     table = standard_table(unit, 1)
-    # Of the reduction: the phase, its three bits below the angle's last place, 2 pi, the product.
-    reduction = math.tau * 2.0**-62 + (math.tau / 16 + 0.5) * _place(unit) + 2.0**-41
+    if quarters is None:
+        # The phase, its three bits below the angle's last place, 2 pi, the product.
+        reduction = math.tau * 2.0**-62 + (math.tau / 16 + 0.5) * _place(unit) + 2.0**-41
+    else:
+        reduction = _table_reduction_error(unit, quarters)
     left = _angles_left(table, unit, math.pi / 4)[-1]
     gain, places = 1.0, 0.5
     for shift in sequence.shifts:
@@ -178,6 +187,17 @@ def _circular_rotation(unit: Cau) -> LengthBound:
     constant = gain_error(sequence, standard_table(unit, sequence.m))
     relative = left + _table_error(sequence, unit.angle_bits) + reduction + constant
     return composed(relative, places + math.sqrt(2) * PRODUCT_ROUNDING)
+
+
+def _table_reduction_error(unit: Cau, quarters: QuarterTurns) -> float:
+    """Return the error of `reduce_by_table` in radians: the multiples', and each rounding that there is."""
+    below = quarters.fraction_bits - unit.angle_bits
+    # 64 bits more than a multiple has; of its place pi is off by nothing that counts.
+    pi, scale = pi_fixed(quarters.fraction_bits + 63), 1 << 64
+    table = max(abs(count * pi - turn * scale) for count, turn in enumerate(quarters.multiples)) / scale
+    rounded = 0.5 if below == QUARTER_GUARD_BITS else 0.0
+    last = 0.5 if below else 0.0
+    return (math.ldexp(table + rounded, -below) + last) * _place(unit)
 
 
 def _linear_rotation(unit: Cau) -> LengthBound:

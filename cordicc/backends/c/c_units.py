@@ -7,7 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.arith.kernels.micro_rotations import NEVER, limbs
-from cordicc.arith.kernels.reduction import PHASE_EXPONENTS, SCALE_BITS, TAU_BITS, phase_constants
+from cordicc.arith.kernels.reduction import (
+    PHASE_EXPONENTS,
+    SCALE_BITS,
+    TAU_BITS,
+    phase_constants,
+)
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
 from cordicc.arith.numbers.slack import Slack
 from cordicc.arith.unit.cau import Cau, implicit_steps, implicit_table, standard_table
