@@ -16,6 +16,9 @@ from cordicc.rewrite.exact.known_values import EnclosedValues
 _ROUNDED = 2.0**-50
 """What the cosine of an angle of 90 deg may be below 0, as no double is 90 deg."""
 
+_NOTHING = 1e-300
+"""How far below 0 the enclosure of a range from 0 on may begin: a few of the least doubles."""
+
 _DEPTH = 8
 """Operations through which products of cosines are followed."""
 
@@ -25,7 +28,7 @@ def never_negative(known: EnclosedValues, value: Value, depth: int = _DEPTH) -> 
     interval = known.range(value)
     if interval is None or depth == 0:
         return False
-    if interval.lo >= 0:
+    if interval.lo >= -_NOTHING:
         return True
     node = known.node(value)
     match node.op:
