@@ -118,6 +118,7 @@ _NAMES = {
     "mux": "chosen",
     "pick": "entry",
     "narrow": "fit",
+    "cut": "cut",
 }
 """What signals are called that nobody names; no words of Verilog."""
 
@@ -338,11 +339,15 @@ class Builder:
         values += [values[-1]] * (index.hi + 1 - len(values))
         return self._cell("pick", (index,), tuple(values), min(values), max(values))
 
-    def narrowed(self, a: Signal, lo: int, hi: int) -> Signal:
-        """Return a signal that is known to lie in a smaller range."""
+    def narrowed(self, a: Signal, lo: int, hi: int, *, loose: bool = False) -> Signal:
+        """Return a signal that is known to lie in a smaller range; if `loose`, where anybody looks at it."""
         lo, hi = max(lo, a.lo), min(hi, a.hi)
         if width_of(lo, hi) == a.width and (lo < 0) == (a.lo < 0):
             return a
+        if loose:
+            bits = width_of(lo, hi)
+            ends = (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if lo < 0 else (0, (1 << bits) - 1)
+            return self._cell("cut", (a,), (), *ends)
         return self._cell("narrow", (a,), (), lo, hi)
 
     def clipped(self, a: Signal, lo: Operand, hi: Operand) -> Signal:

@@ -35,6 +35,7 @@ CELLS = {
     "mux": "b where the bit c is 1, else a",
     "pick": "of a list of constants the one with the number a",
     "narrow": "a, known to lie in a smaller range",
+    "cut": "the last bits of a, which lies in a smaller range wherever anybody looks at it",
 }
 """Kinds of cells, and what they make of operands a, b, c and parameters k."""
 

@@ -34,7 +34,7 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> list[Integers
         else:
             operands = [made[each] for each in cell.operands]
             value = _CELLS[cell.kind](cell, *_prepared(cell, circuit, operands))
-        if np.any((value < cell.lo) | (value > cell.hi)):
+        if cell.kind != "cut" and np.any((value < cell.lo) | (value > cell.hi)):
             raise OverflowError(f"{circuit.name}.{cell.name} is not within {cell.lo} to {cell.hi}: {np.min(value)} to {np.max(value)}")
         wide = max(abs(cell.lo), abs(cell.hi)).bit_length() > _FITS
         made.append(value if wide or value.dtype != object else value.astype(np.int64))
@@ -55,6 +55,11 @@ def _pick(cell: Cell, index: Integers) -> Integers:
     wide = max(map(abs, cell.params)).bit_length() > _FITS
     table = np.array(cell.params, dtype=object if wide else np.int64)
     return np.asarray(table[index.astype(np.int64)])
+
+
+def _cut(cell: Cell, a: Integers) -> Integers:
+    low = a & ((1 << cell.width) - 1)
+    return np.asarray(np.where(low >> (cell.width - 1), low - (1 << cell.width), low) if cell.signed else low)
 
 
 def _bit(value: Integers) -> Integers:
@@ -85,4 +90,5 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "mux": lambda cell, c, a, b: np.where(c != 0, b, a),
     "pick": _pick,
     "narrow": lambda cell, a: a,
+    "cut": _cut,
 }

@@ -33,6 +33,13 @@ def greater(b: Builder, first: Signal, second: Signal) -> Signal:
     return b.narrowed(b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi))
 
 
+def limited(b: Builder, count: Signal, most: int) -> Signal:
+    """Return a count of places, of more than `most` that many."""
+    if count.hi <= most:
+        return count
+    return b.narrowed(b.mux(count > most, count, most), count.lo, most)
+
+
 def shifted(b: Builder, number: Signal, right: Signal, most: int) -> Signal:
     """Return number / 2^right rounded half up; `right` may be negative.
 
@@ -42,13 +49,12 @@ def shifted(b: Builder, number: Signal, right: Signal, most: int) -> Signal:
         right: how far it is shifted.
         most: a count from which on the result is 0 in any case.
     """
-    if right.hi > most:
-        right = b.narrowed(b.mux(right > most, right, most), right.lo, most)
+    right = limited(b, right, most)
     if right.lo == right.hi:
         return b.rounded(number, right.lo)
-    lift = max(0, -right.lo)
     if right.hi <= 0:
         return b.shlv(number, -right)
+    lift = max(0, -right.lo)
     return b.rounded(b.shrv(number << (lift + 1), right + lift), 1)
 
 

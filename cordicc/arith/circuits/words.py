@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import Builder, Operand, Signal
-from cordicc.arith.circuits.shifting import greater, length_of, shifted
-from cordicc.arith.numbers.fixed_point import FixedPoint
-
-
-class Word(NamedTuple):
-    """A word as it enters a unit: two's complement with a binary point."""
-
-    bits: Signal
-    fraction: int
+from cordicc.arith.circuits.shifting import greater, length_of, limited, shifted
+from cordicc.arith.circuits.uses import Format, Word
 
 
 class Block(NamedTuple):
@@ -34,16 +25,15 @@ class Result(NamedTuple):
 
 
 def block(b: Builder, words: Sequence[Word], bits: int) -> Block:
-    """Bring words to one exponent, the largest with `bits` bits; of zeros alone the exponent is the least."""
+    """Bring words to one exponent, the largest with `bits` bits, in a cycle; that of zeros alone is the least."""
     sizes = [b.size(word.bits) for word in words]
-    finest = max(word.fraction for word in words)
-    if len({word.fraction for word in words}) == 1:
+    if len({word.fraction.number for word in words}) == 1:
         every = sizes[0]
         for size in sizes[1:]:
             every = every | size
-        exponent = length_of(b, every) - finest
+        exponent = length_of(b, every) - words[0].fraction
     else:
-        least = -finest
+        least = min(-word.fraction.hi for word in words)
         ends = [
             b.mux(word.bits.equals(0), length_of(b, size) - word.fraction, least)
             for word, size in zip(words, sizes, strict=True)
@@ -51,48 +41,55 @@ def block(b: Builder, words: Sequence[Word], bits: int) -> Block:
         exponent = ends[0]
         for end in ends[1:]:
             exponent = greater(b, exponent, end)
+    exponent = b.named("exponent", exponent)
     b.step()
     made = []
     for word in words:
-        moved = shifted(b, word.bits, exponent + (word.fraction - bits), word.bits.width + 1)
+        # Nothing of it is left below the last place, and no number is longer than its word.
+        right = exponent + word.fraction - bits
+        right = b.narrowed(right, -bits, right.hi)
+        moved = shifted(b, word.bits, right, word.bits.width + 1)
         made.append(b.narrowed(moved, -(1 << bits), 1 << bits))
     return Block(tuple(made), exponent)
 
 
 def at_fraction(b: Builder, word: Word, fraction: int) -> Signal:
     """Return a word with another number of fraction bits, rounded half up."""
-    return b.rounded(word.bits, word.fraction - fraction)
+    return shifted(b, word.bits, word.fraction - fraction, word.bits.width + 1)
 
 
-def encoded(b: Builder, mantissa: Signal, exponent: Operand, format_: FixedPoint) -> Result:
+def encoded(b: Builder, mantissa: Signal, exponent: Operand, format_: Format) -> Result:
     """Return mantissa * 2^exponent rounded to a word of a format, valid if the format holds it."""
-    right = b.of(-exponent - format_.fraction_bits if isinstance(exponent, int) else -(exponent + format_.fraction_bits))
-    lift = max(0, -right.lo)
-    wide, right = mantissa << lift, right + lift
-    most = wide.width + 1
-    if right.hi > most:
-        right = b.narrowed(b.mux(right > most, right, most), right.lo, most)
-    largest = format_.largest_word
+    right = -(format_.fraction + exponent)
     match format_.rounding:
         case "half-up":
-            word = b.rounded(wide, right.lo) if right.lo == right.hi else b.roundedv(wide, right)
+            word = shifted(b, mantissa, right, mantissa.width + 1)
         case "floor":
-            word = b.shr(wide, right.lo) if right.lo == right.hi else b.shrv(wide, right)
+            lift = max(0, -right.lo)
+            word = b.shrv(mantissa << lift, limited(b, right + lift, mantissa.width + lift + 1))
         case _:
-            raise NotImplementedError(format_.rounding)
-    inside = (word <= largest) & (word >= -largest)
-    return Result(b.narrowed(b.mux(inside, 0, word), -largest, largest), inside)
+            word = _to_even(b, mantissa, right)
+    inside = (word <= format_.largest) & (word >= -format_.largest)
+    return Result(b.narrowed(word, -format_.largest.hi, format_.largest.hi, loose=True), inside)
 
 
-def encoded_angle(b: Builder, angle: Signal, fraction: int, format_: FixedPoint) -> Result:
+def _to_even(b: Builder, mantissa: Signal, right: Signal) -> Signal:
+    """Return mantissa / 2^right rounded to nearest, ties to even."""
+    lift = max(0, -right.lo) + 1
+    wide = mantissa << lift
+    count = limited(b, right + (lift - 1), wide.width + 1)
+    # One bit is kept below the last place, and whether anything was cut.
+    kept = b.shrv(wide, count)
+    cut = ~b.shlv(kept, count).equals(wide)
+    half, odd = b.low(kept, 1), b.bit(kept, 1)
+    return (kept >> 1) + (half & (cut | odd))
+
+
+def encoded_angle(b: Builder, angle: Signal, fraction: int, format_: Format) -> Result:
     """Return an angle with some fraction bits as `encoded` does, one of at most pi as a word of at most pi."""
     result = encoded(b, angle, -fraction, format_)
-    if format_.width_bits - format_.fraction_bits < 3:
-        return result
-    largest = math.floor(math.ldexp(math.pi, format_.fraction_bits))
-    still = math.floor(Fraction(math.pi + format_.ulp / 4) * 2**fraction)
-    near = (angle <= still) & (angle >= -still)
+    near = (angle <= format_.still) & (angle >= -format_.still)
     word = result.word
-    word = b.mux(near & (word > largest), word, largest)
-    word = b.mux(near & (word < -largest), word, -largest)
+    word = b.mux(near & (word > format_.pi), word, format_.pi)
+    word = b.mux(near & (word < -format_.pi), word, -format_.pi)
     return Result(word, result.valid)

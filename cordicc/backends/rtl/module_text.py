@@ -283,4 +283,5 @@ _TEXTS: dict[str, Callable[[_Module, Cell], str]] = {
     "not": lambda module, cell: f"~{module.whole(cell.operands[0], 1)}",
     "mux": _mux,
     "narrow": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
+    "cut": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
 }

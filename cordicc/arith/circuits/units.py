@@ -1,0 +1,124 @@
+"""The circuit of a unit of a plan, for the operations that are bound to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cordicc.arith.circuits.arithmetic import Number, calculated, rounded
+from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.circuit import Circuit
+from cordicc.arith.circuits.shifting import times
+from cordicc.arith.circuits.solving import implicit_unit
+from cordicc.arith.circuits.standard import standard_unit
+from cordicc.arith.circuits.uses import Use
+from cordicc.arith.circuits.words import Result
+from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.numbers.fixed_system import FixedSystem
+from cordicc.arith.unit.arithmetic import Arithmetic
+
+PORTS = ("a", "b", "c")
+RESULTS = ("first", "second")
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """An operation of an adder, a multiplier or sign logic, with its parameters and formats."""
+
+    op: str
+    params: tuple[tuple[str, Any], ...]
+    operands: tuple[FixedPoint, ...]
+    result: FixedPoint
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """The parameters by name."""
+        return dict(self.params)
+
+
+def unit_circuit(
+    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use] | Sequence[Plain], latency: int
+) -> Circuit:
+    """Return the circuit of a unit with some latency in cycles.
+
+    Inputs are `a`, `b`, `c`, words in two's complement of the widest operand that stands there; `ok`, which
+    tells that all operands stand for numbers; and `mode`, the number of the use, if there are several.
+    Outputs are `first` and `second`, and with `_ok` behind the name whether they stand for numbers.
+
+    Raises:
+        NoCircuitError: a use has none.
+        ValueError: the latency is too short.
+    """
+    b = Builder(name)
+    ports = max(len(use.operands) for use in uses)
+    widths = [max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)]
+    operands = tuple(b.word(port, width) for port, width in zip(PORTS, widths, strict=False))
+    ok = b.input("ok", 0, 1)
+    mode = b.input("mode", 0, len(uses) - 1) if len(uses) > 1 else b.of(0)
+    results: Sequence[Result | None]
+    if kind in arithmetic.caus:
+        cordic = tuple(use for use in uses if isinstance(use, Use))
+        make = standard_unit if kind == "standard" else implicit_unit
+        results = make(b, arithmetic.caus[kind], cordic, operands, mode)
+    else:
+        plain = tuple(use for use in uses if isinstance(use, Plain))
+        assert isinstance(arithmetic.system, FixedSystem)
+        results = [_plain(b, arithmetic.system, plain, operands, mode, latency)]
+    if b.now > latency:
+        raise ValueError(f"{name} takes {b.now} cycles, not {latency}")
+    b.now = latency
+    for port, result in zip(RESULTS, results, strict=False):
+        if result is not None:
+            b.output(port, result.word)
+            b.output(f"{port}_ok", result.valid & ok)
+    return b.circuit()
+
+
+def _plain(
+    b: Builder, system: FixedSystem, uses: tuple[Plain, ...], words: tuple[Signal, ...], mode: Signal, latency: int
+) -> Result:
+    if uses[0].op in ("mul", "cmul"):
+        return _product(b, system, uses, words, mode, latency)
+    found = None
+    for number, use in enumerate(uses):
+        numbers = [Number(word, f.fraction_bits, f.width_bits) for word, f in zip(words, use.operands, strict=False)]
+        own = calculated(b, use.op, use.settings, numbers, use.result)
+        found = own if found is None else _chosen(b, mode.equals(number), found, own)
+    assert found is not None
+    return found
+
+
+def _product(
+    b: Builder, system: FixedSystem, uses: tuple[Plain, ...], words: tuple[Signal, ...], mode: Signal, latency: int
+) -> Result:
+    """Return a product: one multiplier for all uses, of one constant factor its digits."""
+    factors = []
+    for use in uses:
+        if use.op == "cmul":
+            word, format_ = system.constant(use.settings["factor"])
+            assert isinstance(format_, FixedPoint)
+            factors.append((int(word), format_.fraction_bits))
+    inner = max(0, latency - 2)
+    if factors and len({word for word, _ in factors}) == 1:
+        word = factors[0][0]
+        exact = times(b, words[0], abs(word), inner) if word else b.of(0)
+        exact = -exact if word < 0 else exact
+    else:
+        second = b.pick(mode, [word for word, _ in factors]) if factors else words[1]
+        if latency > 1:
+            b.step()
+        exact = b.named("product", words[0] * second)
+    if latency > 0:
+        b.step()
+    found = None
+    for number, use in enumerate(uses):
+        other = factors[number][1] if factors else use.operands[1].fraction_bits
+        own = rounded(b, Number(exact, use.operands[0].fraction_bits + other), use.result)
+        found = own if found is None else _chosen(b, mode.equals(number), found, own)
+    assert found is not None
+    return found
+
+
+def _chosen(b: Builder, choice: Signal, a: Result, other: Result) -> Result:
+    return Result(b.mux(choice, a.word, other.word), b.mux(choice, a.valid, other.valid))
