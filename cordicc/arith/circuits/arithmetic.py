@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from cordicc.arith.circuits.builder import Builder, Signal
 from cordicc.arith.circuits.shifting import greater
-from cordicc.arith.circuits.standard import NoCircuitError
+from cordicc.arith.circuits.uses import NoCircuitError
 from cordicc.arith.circuits.words import Result
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.fixed_point import SHIFT_LIMIT, WIDTHS, FixedPoint

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import Builder, Signal
 from cordicc.arith.circuits.shifting import times
-from cordicc.arith.circuits.standard import NoCircuitError
-from cordicc.arith.circuits.uses import Modes, Use, format_of, word
+from cordicc.arith.circuits.uses import Modes, NoCircuitError, Use, format_of, word
 from cordicc.arith.circuits.words import Result, block, encoded, encoded_angle
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
 from cordicc.arith.kernels.reduction import SCALE_BITS
@@ -82,7 +81,7 @@ def implicit_unit(
         z = b.mux(at_end, z, end)
         z = b.clipped(z, b.mux(one_sign, -2 * half_turn, -half_turn), b.mux(one_sign, 2 * half_turn, 0))
         b.step()
-        found = encoded_angle(b, b.negif(z, plus), unit.angle_bits, formats[0])
+        found = encoded_angle(b, b.negif(z, plus), -unit.angle_bits, formats[0], unit.angle_bits)
         results[0] = Result(found.word, found.valid & solved)
     finish, b.now = b.now, begin
     if formats[1] is not None:

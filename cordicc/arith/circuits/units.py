@@ -22,6 +22,13 @@ PORTS = ("a", "b", "c")
 RESULTS = ("first", "second")
 
 
+def constant_of(use: Use | Plain, at: int) -> int | None:
+    """Return the word at a port that takes a constant, 0 of a port without an operand, else None."""
+    if at >= len(use.operands):
+        return 0
+    return use.constants[at] if use.constants else None
+
+
 @dataclass(frozen=True, slots=True)
 class Plain:
     """An operation of an adder, a multiplier or sign logic, with its parameters and formats."""
@@ -30,6 +37,7 @@ class Plain:
     params: tuple[tuple[str, Any], ...]
     operands: tuple[FixedPoint, ...]
     result: FixedPoint
+    constants: tuple[int | None, ...] = ()
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -42,8 +50,9 @@ def unit_circuit(
 ) -> Circuit:
     """Return the circuit of a unit with some latency in cycles.
 
-    Inputs are `a`, `b`, `c`, words in two's complement of the widest operand that stands there; `ok`, which
-    tells that all operands stand for numbers; and `mode`, the number of the use, if there are several.
+    Inputs are `ok`, which tells that all operands stand for numbers; `mode`, the number of the use, if there
+    are several; and `a`, `b`, `c`, words in two's complement of the widest operand that stands there, but for
+    those that are constant in every use.
     Outputs are `first` and `second`, and with `_ok` behind the name whether they stand for numbers.
 
     Raises:
@@ -53,9 +62,14 @@ def unit_circuit(
     b = Builder(name)
     ports = max(len(use.operands) for use in uses)
     widths = [max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)]
-    operands = tuple(b.word(port, width) for port, width in zip(PORTS, widths, strict=False))
     ok = b.input("ok", 0, 1)
     mode = b.input("mode", 0, len(uses) - 1) if len(uses) > 1 else b.of(0)
+    operands = tuple(
+        b.pick(mode, [word or 0 for word in words])
+        if None not in (words := [constant_of(use, at) for use in uses])
+        else b.word(port, width)
+        for at, (port, width) in enumerate(zip(PORTS, widths, strict=False))
+    )
     results: Sequence[Result | None]
     if kind in arithmetic.caus:
         cordic = tuple(use for use in uses if isinstance(use, Use))

@@ -3,12 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import Builder, Signal
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.slack import EXACT, Slack
+
+
+class NoCircuitError(ValueError):
+    """A unit has a use of which there is no circuit."""
+
+
+class State(NamedTuple):
+    """What iterations begin and end with."""
+
+    x: Signal
+    y: Signal
+    z: Signal
+
+
+class Raw(NamedTuple):
+    """A result before it is rounded: mantissa * 2^exponent, and whether it stands for a number."""
+
+    mantissa: Signal
+    exponent: Signal
+    valid: Signal
+
+
+Raws = tuple[Raw | None, Raw | None]
+"""Both results, None of one that nobody takes."""
+
+Wanted = tuple[bool, bool]
+"""Which results are taken."""
+
+Scale = Callable[[int, Signal], Signal]
+"""Divides a coordinate by the gain of a coordinate system, some cycles later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +55,7 @@ class Use:
         results: those of its results, None of one that nobody takes.
         angle: the number of the result that no word takes beyond pi, None if there is none.
         slack: what counts as on the border of its domain.
+        constants: the words of operands that are constant, None of those that are not.
     """
 
     op: str
@@ -34,6 +66,7 @@ class Use:
     branch: str = "-"
     angle: int | None = None
     slack: Slack = EXACT
+    constants: tuple[int | None, ...] = ()
 
     @property
     def function(self) -> str:
@@ -112,8 +145,3 @@ def format_of(modes: Modes, number: int, angle_bits: int) -> Format | None:
 def still(format_: FixedPoint, angle_bits: int) -> int:
     """Return the largest angle, with some fraction bits, that `FixedPoint.encode_angle` takes for pi."""
     return math.floor(math.ldexp(math.pi + format_.ulp / 4, angle_bits))
-
-
-def distinct(uses: Sequence[Use]) -> tuple[Use, ...]:
-    """Return uses without those that occur before."""
-    return tuple(dict.fromkeys(uses))

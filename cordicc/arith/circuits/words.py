@@ -85,10 +85,15 @@ def _to_even(b: Builder, mantissa: Signal, right: Signal) -> Signal:
     return (kept >> 1) + (half & (cut | odd))
 
 
-def encoded_angle(b: Builder, angle: Signal, fraction: int, format_: Format) -> Result:
-    """Return an angle with some fraction bits as `encoded` does, one of at most pi as a word of at most pi."""
-    result = encoded(b, angle, -fraction, format_)
-    near = (angle <= format_.still) & (angle >= -format_.still)
+def encoded_angle(
+    b: Builder, mantissa: Signal, exponent: Operand, format_: Format, angle_bits: int
+) -> Result:
+    """Return what `encoded` does, but an angle of at most pi, with some fraction bits, as a word of at most pi."""
+    result = encoded(b, mantissa, exponent, format_)
+    if format_.still.hi < 0:
+        return result
+    near = (mantissa <= format_.still) & (mantissa >= -format_.still)
+    near = near & b.of(exponent).equals(-angle_bits)
     word = result.word
     word = b.mux(near & (word > format_.pi), word, format_.pi)
     word = b.mux(near & (word < -format_.pi), word, -format_.pi)

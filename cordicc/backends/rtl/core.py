@@ -113,6 +113,11 @@ class _Core:
     def _use(self, operation: Operation) -> Use | Plain:
         operands = tuple(self._operand_format(operand) for operand in operation.operands)
         results = tuple(None if name is None else self._format(name) for name in operation.results)
+        system = self._plan.arithmetic.system
+        constants = tuple(
+            None if operand.constant is None else int(system.constant(operand.constant).words)
+            for operand in operation.operands
+        )
         if operation.kind in self._plan.arithmetic.caus:
             return Use(
                 operation.op,
@@ -123,9 +128,10 @@ class _Core:
                 str(operation.params.get("branch", "-")),
                 operation.angle,
                 operation.slack,
+                constants,
             )
         assert results[0] is not None
-        return Plain(operation.op, tuple(operation.settings.items()), operands, results[0])
+        return Plain(operation.op, tuple(operation.settings.items()), operands, results[0], constants)
 
     def _instance(self, cell: Cell) -> tuple[str, dict[int, int]]:
         """Return the module of a unit, and the number of the use by slot."""
@@ -295,6 +301,8 @@ class _Core:
         taken = []
         for port, wired in zip(PORTS, cell.ports, strict=False):
             width = next((circuit.cells[p.cell].width for p in circuit.inputs if p.name == port), 0)
+            if not width:
+                continue
             texts = [self._sized(source, width) for source in wired.sources]
             text = self._chosen(wired.select, texts, width)
             yield f"    wire signed [{width - 1}:0] {id}_{port} = {text};"
