@@ -34,12 +34,12 @@ def rotation(
     coarse = fixed >> down if down >= 0 else fixed << -down
     doublings = b.named("doublings", b.rounded(coarse * inverse_ln2_fixed(30), 46))
     b.step()
-    rest = fixed - _ln2_multiple(b, doublings, unit)
+    rest = fixed - ln2_multiple(b, doublings, unit)
     within = math.ceil(math.ldexp(0.36, unit.angle_bits))
     alone = all(use.function == "rotate_hyperbolic" for use in modes.uses)
     rest = b.narrowed(rest, -within, within, loose=not alone)
     end, b.now = b.now, begin
-    u, v = _sum_and_difference(b, modes, unit, x, y)
+    u, v = sum_and_difference(b, modes, unit, x, y)
     b.now = max(end, b.now)
     start = State(
         b.rounded(u.mantissa + v.mantissa, 1), b.rounded(u.mantissa - v.mantissa, 1), b.named("angle", rest)
@@ -71,7 +71,7 @@ def vectoring(
     finest = b.named("finest", _larger(b, x.fraction, y.fraction))
     a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     defined = b.size(c) < b.size(a)
-    u, v = _sum_and_difference(b, modes, unit, x, y)
+    u, v = sum_and_difference(b, modes, unit, x, y)
     sizes = [normalised(b, b.size(each.bits), -each.fraction, unit.operand_bits) for each in (x, y)]
     # The last place of the larger operand.
     least = min(size.exponent.lo for size in sizes)
@@ -154,7 +154,7 @@ class _Measured(NamedTuple):
             end = b.now
         if wanted[1]:
             b.now = begin
-            turned = last.z + _ln2_multiple(b, self.doublings, self.unit)
+            turned = last.z + ln2_multiple(b, self.doublings, self.unit)
             b.step()
             angle = Raw(total(turned), b.of(-self.unit.angle_bits), defined)
         b.now = max(end, b.now) + 1
@@ -174,7 +174,7 @@ def _within_slack(b: Builder, modes: Modes, unit: Cau, size: Scaled) -> Signal:
     return found
 
 
-def _ln2_multiple(b: Builder, count: Signal, unit: Cau) -> Signal:
+def ln2_multiple(b: Builder, count: Signal, unit: Cau) -> Signal:
     """Return count * ln 2 with the angle bits of the unit."""
     return b.rounded(count * ln2_fixed(LN2_BITS), LN2_BITS - unit.angle_bits)
 
@@ -183,7 +183,7 @@ def _larger(b: Builder, first: Signal, second: Signal) -> Signal:
     return b.narrowed(b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi))
 
 
-def _sum_and_difference(b: Builder, modes: Modes, unit: Cau, x: Word, y: Word) -> tuple[Scaled, Scaled]:
+def sum_and_difference(b: Builder, modes: Modes, unit: Cau, x: Word, y: Word) -> tuple[Scaled, Scaled]:
     """Return x + y and x - y with mantissas of the unit's bits, in two cycles."""
     if any(_spread(use) + unit.operand_bits > WIDE_BITS for use in modes.uses if use.m == -1):
         raise NoCircuitError("a hyperbolic operation on binary points far apart")

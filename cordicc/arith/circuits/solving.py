@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.circular_solving import Solved, Start, circular
+from cordicc.arith.circuits.hyperbolic_solving import hyperbolic
 from cordicc.arith.circuits.shifting import times
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Use, format_of, word
-from cordicc.arith.circuits.words import Result, block, encoded, encoded_angle
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
+from cordicc.arith.circuits.uses import Modes, Use, format_of, word
+from cordicc.arith.circuits.words import Result, encoded, encoded_angle
 from cordicc.arith.kernels.reduction import SCALE_BITS
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable, pi_fixed
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable
 from cordicc.arith.unit.cau import Cau, implicit_table
-from cordicc.arith.unit.reach import ReachTable
+
+
+class _System(NamedTuple):
+    m: int
+    chosen: Signal
+    table: StepTable
+    start: Start
+    finish: Callable[[Start], Solved]
 
 
 def implicit_unit(
     b: Builder, unit: Cau, uses: tuple[Use, ...], operands: tuple[Signal, ...], mode: Signal, *, scale: int = 3
 ) -> tuple[Result | None, Result | None]:
-    """Return t and sqrt(A^2 + B^2 - C^2) as words.
+    """Return t and sqrt(A^2 + m B^2 - m C^2) as words.
 
     Args:
         b: the builder.
@@ -31,154 +40,120 @@ def implicit_unit(
     Raises:
         NoCircuitError: a use has none.
     """
-    if any(use.m != 1 for use in uses):
-        raise NoCircuitError(f"a {next(use.function for use in uses if use.m != 1)} operation")
     modes = Modes(b, mode, uses)
     words = tuple(word(modes, bits, number) for number, bits in enumerate(operands))
-    A, B = words[0].bits, words[1].bits
-    plus = modes.which(lambda use: use.branch == "+")
-    tables = [implicit_table(unit, 1, use.slack) for use in uses]
-    steps = tables[0].steps
-    half_turn = pi_fixed(unit.angle_bits)
-    quarter = (half_turn + 1) >> 1
-    joined = block(b, words, unit.fraction_bits)
-    no_a, no_b = A.equals(0), B.equals(0)
-    alone, none = no_a | no_b, no_a & no_b
-    one_sign = no_a & (B > 0)
-    negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
+    begin, end = b.now, b.now
+    systems = []
+    for m, make in ((1, circular), (-1, hyperbolic)):
+        if any(use.m == m for use in uses):
+            b.now = begin
+            start, finish = make(b, modes, unit, words)
+            chosen = modes.which(lambda use, m=m: use.m == m)
+            systems.append(_System(m, chosen, implicit_table(unit, m).steps, start, finish))
+            end = max(end, b.now)
+    b.now = end
+    state = systems[0].start
+    for system in systems[1:]:
+        state = Start(*(b.mux(system.chosen, x, y) for x, y in zip(state, system.start, strict=True)))
     b.step()
-    near = _Near.of(modes, [table.reach for table in tables], joined.exponent - unit.fraction_bits)
-    x, y, target = joined.mantissas
-    # The start is turned to x >= 0; branch "+" is the mirror image.
-    x = b.narrowed(b.negif(x, negated ^ plus), 0, x.hi)
-    y = b.negif(y, negated)
-    z = b.mux(negated, 0, -half_turn)
-    size = b.size(target)
-    excess = size - x - b.size(y)
-    at_end = alone & (excess <= near.slack) & (-excess <= near.within)
-    beyond = excess > near.slack
-    across = b.mux(no_a, quarter, b.mux(b.negative(y) ^ b.negative(target), 0, half_turn))
-    # Of a target that is not negative the sign is +1, of 0 too.
-    across = b.negif(across, b.negative(target))
-    end = z + across
-    width = near.width(size, unit.fraction_bits)
-    b.step()
-    if tables[0].quarter_turns:
-        up = b.negative(y) & ~b.negative(target)
-        back = ~b.negative(y) & b.negative(target)
-        flat = b.mux(back, b.mux(up, x, -y), y)
-        y = b.mux(back, b.mux(up, y, x), -x)
-        x = b.narrowed(flat, 0, flat.hi)
-        z = b.mux(back, b.mux(up, z, z + quarter), z - quarter)
-        b.step()
-    x, y, target, z = _steps(b, _State(x, y, target, z), steps, unit, near, width, ~alone)
-    unreached = b.size(target) - b.size(y) > near.short
-    solved = b.named("solved", ~b.mux(alone, unreached, beyond) & ~none)
+    state = _steps(b, state, systems, unit)
+    solved = systems[0].finish(state)
+    for system in systems[1:]:
+        solved = Solved(*(b.mux(system.chosen, x, y) for x, y in zip(solved, system.finish(state), strict=True)))
     formats = [format_of(modes, number, unit.angle_bits) for number in range(2)]
     results: list[Result | None] = [None, None]
     begin = b.now
     if formats[0] is not None:
-        z = b.mux(at_end, z, end)
-        z = b.clipped(z, b.mux(one_sign, -2 * half_turn, -half_turn), b.mux(one_sign, 2 * half_turn, 0))
         b.step()
-        found = encoded_angle(b, b.negif(z, plus), -unit.angle_bits, formats[0], unit.angle_bits)
-        results[0] = Result(found.word, found.valid & solved)
-    finish, b.now = b.now, begin
+        found = encoded_angle(b, solved.angle, -unit.angle_bits, formats[0], unit.angle_bits)
+        results[0] = Result(found.word, found.valid & solved.possible)
+    end, b.now = b.now, begin
     if formats[1] is not None:
-        root = b.narrowed(b.mux(at_end | b.negative(x), x, 0), 0, x.hi)
-        product = times(b, root, steps.inverse_gain, scale)
-        scaled = b.rounded(product, steps.coordinate_bits + 1 - SCALE_BITS)
+        scaled = None
+        for system in systems:
+            b.now = begin
+            product = times(b, solved.rest, system.table.inverse_gain, scale)
+            own = b.rounded(product, system.table.coordinate_bits + 1 - SCALE_BITS)
+            scaled = own if scaled is None else b.mux(system.chosen, scaled, own)
+        assert scaled is not None
         b.step()
-        found = encoded(b, scaled, joined.exponent - (unit.fraction_bits + SCALE_BITS), formats[1])
-        results[1] = Result(found.word, found.valid & solved)
-    b.now = max(b.now, finish)
+        found = encoded(b, scaled, solved.place - SCALE_BITS, formats[1])
+        results[1] = Result(found.word, found.valid & solved.possible)
+    b.now = max(b.now, end)
     return results[0], results[1]
 
 
-class _State(NamedTuple):
-    x: Signal
-    y: Signal
-    target: Signal
-    z: Signal
-
-
-class _Near(NamedTuple):
-    """The columns of `Near` as signals, by the use and the exponent of the block."""
-
-    modes: Modes
-    tables: list[ReachTable]
-    row: Signal
-    slack: Signal
-    within: Signal
-    short: Signal
-
-    @classmethod
-    def of(cls, modes: Modes, tables: list[ReachTable], exponent: Signal) -> _Near:
-        """Return the rows of blocks with places of 2^exponent."""
-        b = modes.builder
-        first = b.pick(modes.mode, [table.rows.first for table in tables])
-        last = b.pick(modes.mode, [table.rows.count - 1 for table in tables])
-        row = b.named("row", b.clipped(exponent - first, 0, last))
-        bare = cls(modes, tables, row, row, row, row)
-        return bare._replace(**{name: bare.column(name) for name in ("slack", "within", "short")})
-
-    def column(self, name: str, stretched: int = SHARES) -> Signal:
-        """Return a column, perhaps as it is before a step, from the gain so far as a share of the whole one."""
-        b = self.modes.builder
-        found: Signal | None = None
-        for number, table in enumerate(self.tables):
-            values = [_share(value, stretched) for value in getattr(table.columns, name).tolist()]
-            own = b.pick(b.narrowed(self.row, 0, table.rows.count - 1, loose=True), values)
-            found = own if found is None else b.mux(self.modes.mode.equals(number), found, own)
-        assert found is not None
-        return found
-
-    def width(self, size: Signal, fraction_bits: int) -> Signal:
-        """Return the width of the kernel for a target's size."""
-        b = self.modes.builder
-        root = b.pick(b.narrowed(size >> (fraction_bits - 4), 0, SIXTEENTHS), list(ROOTS))
-        product = self.column("rise") * root + (ROOT_SCALE - 1)
-        return (product >> (ROOT_SCALE.bit_length() - 1)) + self.column("room")
-
-
-def _share(size: int, stretched: int) -> int:
-    return (size * stretched + SHARES - 1) // SHARES
-
-
-def _steps(
-    b: Builder, state: _State, table: StepTable, unit: Cau, near: _Near, width: Signal, may_end: Signal
-) -> _State:
+def _steps(b: Builder, state: Start, systems: Sequence[_System], unit: Cau) -> Start:
     """Turn (x, y) step by step until y is the target and x >= 0."""
     largest = 8 << unit.fraction_bits
-    x, y, target, z = state
+    bent = b.of(0)
+    for system in systems:
+        bent = system.chosen if system.m == -1 else bent
     root_free = unit.rule == "root-free"
-    steps = zip(table.shifts, table.angles, table.target_factors, table.stretched, strict=True)
-    for number, (shift, angle, factor, stretched) in enumerate(steps, 1):
-        with b.scope(f"step{number}"):
-            turn = "2 arctan" if root_free else "arctan"
-            b.note(f"Step {number}: by {turn} 2^-{shift}.")
-            gap = b.named("gap", target - y)
-            share = width
-            if stretched != SHARES:
-                share = (width * stretched + (SHARES - 1)) >> (SHARES.bit_length() - 1)
-            height = near.column("height", stretched)
-            close = (gap <= height) & (gap >= -height) & (x > 0) & (x <= share) & may_end
-            forward = b.mux(close, ~b.negative(gap), ~b.negative(target))
-            up = b.named("up", b.mux(b.negative(x), forward, b.negative(y)))
-            if root_free:
-                dx, dy = b.rounded(y, shift - 1), b.rounded(x, shift - 1)
-                flat = b.addsub(x - b.rounded(x, 2 * shift), dx, up)
-                tall = b.addsub(y - b.rounded(y, 2 * shift), dy, ~up)
-                target = target + b.rounded(target, 2 * shift)
-            else:
-                flat = b.addsub(x, b.rounded(y, shift), up)
-                tall = b.addsub(y, b.rounded(x, shift), ~up)
-                if factor:
-                    target = target + b.rounded(target * factor, FACTOR_BITS)
-            x = b.named("x", b.narrowed(flat, -largest, largest))
-            y = b.named("y", b.narrowed(tall, -largest, largest))
-            target = b.named("target", b.narrowed(target, -largest, largest))
-            turned = b.narrowed(b.addsub(z, angle, ~up), -(12 << unit.angle_bits), 12 << unit.angle_bits)
-            z = b.named("z", turned)
+    for number in range(unit.iterations):
+        x, y, target, z = state.x, state.y, state.target, state.z
+        with b.scope(f"step{number + 1}"):
+            shifts = " or ".join(dict.fromkeys(f"2^-{system.table.shifts[number]}" for system in systems))
+            b.note(f"Step {number + 1}: by {'twice ' * root_free}the angle of {shifts}.")
+            up = b.named("up", _upwards(b, state, systems, number, bent))
+            moves = [_moves(b, state, system, number, root_free=root_free) for system in systems]
+            chosen = moves[0]
+            for system, other in zip(systems[1:], moves[1:], strict=True):
+                chosen = _Moves(*(b.mux(system.chosen, p, q) for p, q in zip(chosen, other, strict=True)))
+            x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
+            y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
+            target = b.named("target", b.narrowed(target + chosen.target, -largest, largest))
+            limit = max(12 << unit.angle_bits, -z.lo, z.hi)
+            z = b.named("z", b.narrowed(b.addsub(z, chosen.angle, ~up), -limit, limit))
+            state = state._replace(x=x, y=y, target=target, z=z)
             b.step()
-    return _State(x, y, target, z)
+    return state
+
+
+def _upwards(b: Builder, state: Start, systems: Sequence[_System], number: int, bent: Signal) -> Signal:
+    """Return whether a step turns towards greater y: to the target, from x < 0 back, at the end of reach to it."""
+    x, y, target = state.x, state.y, state.target
+    gap = b.named("gap", target - y)
+    height = width = None
+    for system in systems:
+        stretched = system.table.stretched[number]
+        own = _before(b, state.height, stretched)
+        wide = _before(b, state.width, stretched)
+        height = own if height is None else b.mux(system.chosen, height, own)
+        width = wide if width is None else b.mux(system.chosen, width, wide)
+    assert height is not None
+    assert width is not None
+    close = (gap <= height) & (gap >= -height) & (x > 0) & (x <= width) & state.may_end
+    forward = b.mux(close, ~b.negative(gap), ~b.negative(target) ^ bent)
+    return b.mux(b.negative(x), forward, b.negative(y) ^ bent)
+
+
+def _before(b: Builder, size: Signal, stretched: int) -> Signal:
+    """Return a threshold as it is before a step, from the gain so far as a share of the whole one."""
+    if stretched == SHARES:
+        return size
+    return (size * stretched + (SHARES - 1)) >> (SHARES.bit_length() - 1)
+
+
+class _Moves(NamedTuple):
+    """What a step adds or takes: x and y by the direction, and shortened; to the target; to z."""
+
+    x: Signal
+    y: Signal
+    short_x: Signal
+    short_y: Signal
+    target: Signal
+    angle: Signal
+
+
+def _moves(b: Builder, state: Start, system: _System, number: int, *, root_free: bool) -> _Moves:
+    shift, angle = system.table.shifts[number], b.of(system.table.angles[number])
+    x, y, target = state.x, state.y, state.target
+    if root_free:
+        squares = [b.rounded(each, 2 * shift) for each in (x, y, target)]
+        if system.m < 0:
+            squares = [-each for each in squares]
+        return _Moves(b.rounded(y, shift - 1), b.rounded(x, shift - 1), *squares, angle)
+    factor = system.table.target_factors[number]
+    grown = b.rounded(target * factor, FACTOR_BITS) if factor else b.of(0)
+    return _Moves(b.rounded(y, shift), b.rounded(x, shift), b.of(0), b.of(0), grown, angle)
