@@ -3,12 +3,14 @@
 Where the equations are at the border, |C| = R or a root of 0, the words are beside it, and beyond it as often
 as not. Their distance is at most that of the operands' errors, which the forward sweep bounds: over the whole
 ranges for every sample, and for each sample alone. The former is enough for all, but where ranges are wide it
-may be far from what any sample has; so the slack is at most `_ENOUGH` times what is proven of nine in ten of
-the default samples next to the border.
+may be far from what any sample has. So samples next to the border are looked at, large and small ones. Where
+their errors are alike, in the operands' unit or relative to the operands, the slack is `_ENOUGH` times what
+is proven of nine in ten of them; else it is no more than most of them need, so that no sample is taken for
+one at the border that is farther from it than its own errors. Where an error makes an operation choose
+otherwise, what it chooses is right beside the sample, and errs as little: such a jump is no distance.
 
-Beyond the border the slack takes nothing away: what is there has no other value. Before the end of reach it
-would, so what counts as the end there is no more than what half of the samples need, or as much where many of
-them are at the border, as by a clamp.
+Before the end of reach a slack takes solutions away, so what counts as the end there is no more than what
+half of the samples need, or as much where many of them are at the border, as by a clamp.
 
 Rounding is monotone. So words of one format that nothing but rounding has made, of inputs and exact
 constants, are on the right side of one another, and an operation on such operands has no slack.
@@ -19,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,7 +34,7 @@ from cordicc.certify.error_network import Constant, ErrorNetwork, Step, known_no
 from cordicc.certify.sweep import Forward, forward
 from cordicc.certify.unit_models import end_residual
 from cordicc.ir.ops import has_border
-from cordicc.ir.sampling import draw_with_corners
+from cordicc.ir.sampling import draw_by_size, draw_with_corners
 from cordicc.plan.model import EndError, Plan
 
 _SAMPLES = 2_000
@@ -42,6 +45,15 @@ _MOST = 0.9
 """The share of these whose operands have errors within what is taken."""
 
 _ENOUGH = 2.0
+
+_SMALL = 2.0**-16
+"""An error that is small beside an operand, as a share of it."""
+
+_ALIKE = 32.0
+"""Errors are alike if nine in ten are at most so many times as large as one in twenty is."""
+
+_LEAST = 0.05
+"""The share of samples whose errors may be below a slack where they are not alike."""
 
 _NEAR = 2.0**-6
 """Samples come near the end of reach where R - |C| is no larger a share of the size."""
@@ -60,9 +72,11 @@ def with_borders(plan: Plan) -> Plan:
     net = network(plan)
     if not net.inputs:
         return plan
-    points = draw_with_corners(plan.problem.workspace, _SAMPLES)
-    alone = forward(net, net.steps, {name: Boxes(points[name], points[name]) for name in net.inputs}, {})
+    points = _points(plan)
+    samples = {name: Boxes(points[name], points[name]) for name in net.inputs}
+    alone = forward(net, net.steps, samples, {}, jumps=False)
     ranges = {name: Boxes(np.array([i.lo]), np.array([i.hi])) for name, i in net.inputs.items()}
+    steady = forward(net, net.steps, ranges, {}, jumps=False)
     whole = forward(net, net.steps, ranges, {})
     rounded = _rounded_only(net)
     # Words of fixed point err by as much whatever their size.
@@ -73,12 +87,13 @@ def with_borders(plan: Plan) -> Plan:
             assert operation.id == step.id
             if has_border(step.op, step.params):
                 valid = ~alone.empty(net.before(step))
-                distances = _distance(step, alone, valid), _distance(step, whole, np.array([True]))
-                border = _Border(step, *distances)
+                near, far = _distance(step, alone, valid), _distance(step, steady, np.array([True]))
+                border = _Border(step, near, far)
                 slack = EXACT if _monotone(step, rounded) else border.slack(scaled=not fixed_point)
                 operation = replace(operation, slack=slack)
                 if step.op == "implicit":
                     boxes = [whole.operand(operand)[0] for operand in step.operands]
+                    border = replace(border, whole=_distance(step, whole, np.array([True])))
                     operation = replace(operation, end_error=border.end_error(slack, boxes))
             operations.append(operation)
     return replace(plan, operations=tuple(operations))
@@ -124,6 +139,22 @@ def _distance(step: Step, made: Forward, valid: Bools) -> _Distance:
     return _Distance(moved[2] + shift, margin, np.maximum(norm.hi, C.magnitude), valid, norm.lo)
 
 
+class _Needed(NamedTuple):
+    """What counts as the border, beyond it and within, and how many times errors differ."""
+
+    beyond: float
+    within: float
+    spread: float
+
+
+def _points(plan: Plan) -> dict[str, Floats]:
+    """Return samples: uniform ones, corners, and small ones."""
+    workspace = plan.problem.workspace
+    usual, small = draw_with_corners(workspace, _SAMPLES), draw_by_size(workspace, _SAMPLES)
+    kept = plan.problem.facts.kept(small)
+    return {name: np.concatenate([column, small[name][kept]]) for name, column in usual.items()}
+
+
 @dataclass(frozen=True, slots=True)
 class _Border:
     """An operation and the distances from its border: of samples, and of the whole ranges."""
@@ -146,15 +177,23 @@ class _Border:
             return EXACT
         moved, size = self.near()
         if not moved.size:
-            return _rounded_up(float(self.whole.moved[0]), self._within(float(self.whole.moved[0])))
-        shares = (_MOST, _MOST if self.clamped else 0.5)
-        large, usual = np.quantile(moved, shares) * _ENOUGH
+            return EXACT
+        absolute = self._needed(moved)
         if scaled and self.step.op in ("implicit", "vector"):
-            large_share, usual_share = np.quantile(moved / size, shares) * _ENOUGH
             # Which of the two differs less from sample to sample fits all of them better.
-            if large_share / usual_share < large / usual and large_share < 1:
-                return _rounded_up(large_share, self._within(usual_share), relative=True)
-        return _rounded_up(min(float(self.whole.moved[0]), large), self._within(usual))
+            share = self._needed(moved / size)
+            if share.spread < absolute.spread and share.beyond < 1:
+                return _rounded_up(share.beyond, self._within(share.within), relative=True)
+        return _rounded_up(min(float(self.whole.moved[0]), absolute.beyond), self._within(absolute.within))
+
+    def _needed(self, errors: Floats) -> _Needed:
+        """Return what samples need whose errors are these, in one measure or the other."""
+        least, most = np.quantile(errors, (_LEAST, _MOST))
+        spread = float(most / least)
+        if spread > _ALIKE:
+            return _Needed(float(least), float(least), spread)
+        usual = np.quantile(errors, _MOST if self.clamped else 0.5)
+        return _Needed(_ENOUGH * float(most), _ENOUGH * float(usual), spread)
 
     @property
     def usable(self) -> Bools:
@@ -164,8 +203,9 @@ class _Border:
 
     @property
     def at_border(self) -> Bools:
-        """Tell which samples are at the border, as far as errors tell."""
-        return self.usable & (np.abs(self.alone.margin) <= _ENOUGH * self.alone.moved)
+        """Tell which samples are at the border, as far as errors tell that are small beside the operands."""
+        moved = np.minimum(self.alone.moved, _SMALL * self.alone.size)
+        return self.usable & (np.abs(self.alone.margin) <= _ENOUGH * moved)
 
     @property
     def clamped(self) -> bool:
@@ -173,13 +213,16 @@ class _Border:
         return bool(_NEAREST * self.at_border.sum() > self.usable.sum())
 
     def near(self) -> tuple[Floats, Floats]:
-        """Return how far samples are carried that are at the border or nearest to it, and their sizes."""
+        """Return how far samples are carried that are nearest to the border, and their sizes."""
         usable = self.usable
         if not usable.any():
             return self.alone.moved[usable], self.alone.size[usable]
-        distance = np.abs(self.alone.margin)
+        # Beside a large sample a small one is always near; a condition's operand has no size but its own.
+        sized = self.step.op in ("implicit", "vector")
+        distance = np.abs(self.alone.margin) / np.where(usable & sized, self.alone.size, 1.0)
         last = (int(usable.sum()) - 1) // _NEAREST
-        near = usable & (distance <= float(np.partition(distance[usable], last)[last])) | self.at_border
+        near = usable & (distance <= float(np.partition(distance[usable], last)[last]))
+        near |= self.at_border if sized else False
         return self.alone.moved[near], self.alone.size[near]
 
     def _within(self, usual: float) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cordicc.arith.kernels.reduction import QuarterTurns
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.arith.numbers.slack import EXACT, Slack
@@ -43,6 +44,7 @@ class Step:
     spacing: the last place of the first operand.
     sizes: the largest magnitudes of results with `turns`, which may be enclosed a turn off; 0 for others.
     slack: what counts as on the border of the domain.
+    quarters: the table by which a circular rotation reduces its angle, if it does by one.
     """
 
     id: str
@@ -59,6 +61,7 @@ class Step:
     spacing: float
     sizes: tuple[float, ...]
     slack: Slack = EXACT
+    quarters: QuarterTurns | None = None
 
 
 def known_norm(step: Step) -> bool:
@@ -146,6 +149,7 @@ def network(plan: Plan) -> ErrorNetwork:
                 _spacing(formats, operation),
                 tuple(_sizes(enclosures[index], turns)),
                 operation.slack,
+                _quarters(arithmetic, formats, operation),
             )
         )
     outputs = {
@@ -237,11 +241,7 @@ def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -
     result = formats.values[operation.results[0]] if operation.results[0] is not None else None
 
     def fraction(operand: Operand) -> int:
-        if operand.constant is not None:
-            format_ = arithmetic.system.constant(operand.constant).format
-        else:
-            assert operand.value is not None
-            format_ = formats.values[operand.value]
+        format_ = _format(arithmetic, formats, operand)
         assert isinstance(format_, FixedPoint)
         return format_.fraction_bits
 
@@ -264,6 +264,19 @@ def _exact(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -
         case "sign":
             first = 0
     return first <= result.fraction_bits
+
+
+def _quarters(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -> QuarterTurns | None:
+    if operation.op != "rotate" or operation.m != 1:
+        return None
+    return arithmetic.quarters(operation.kind, _format(arithmetic, formats, operation.operands[2]))
+
+
+def _format(arithmetic: Arithmetic, formats: PortFormats, operand: Operand) -> NumberFormat:
+    if operand.constant is not None:
+        return arithmetic.system.constant(operand.constant).format
+    assert operand.value is not None
+    return formats.values[operand.value]
 
 
 def _spacing(formats: PortFormats, operation: Operation) -> float:

@@ -60,8 +60,13 @@ def with_bounds(plan: Plan, bounds: Mapping[str, Bound]) -> Plan:
     valid = functional.run(plan, plan.arithmetic, inputs)["valid"]
     kept = {name: column[valid] for name, column in inputs.items()}
     net = network(plan)
+    # A proof takes what is assumed as exact; of rows that keep it roughly nothing is proven.
+    exactly = plan.problem.facts.exactly(kept)
     held = inside(net, {name: bound.where for name, bound in bounds.items()}, kept)
-    own = own_bounds(net, list(bounds), kept)
+    held = {name: where & exactly for name, where in held.items()}
+    own = {
+        name: np.where(exactly, found, np.inf) for name, found in own_bounds(net, list(bounds), kept).items()
+    }
     accuracy = {
         name: _stated(figures.observed, bounds[name], held[name], own[name])
         for name, figures in plan.accuracy.items()

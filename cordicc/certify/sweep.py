@@ -45,6 +45,7 @@ class Forward:
     empties: dict[str, Bools]
     exact: bool
     limited: bool
+    jumps: bool = True
 
     def empty(self, steps: Sequence[Step]) -> Bools:
         """Return the boxes that some operations show to be empty."""
@@ -77,6 +78,7 @@ def forward(
     *,
     exact: bool = False,
     limited: bool = True,
+    jumps: bool = True,
 ) -> Forward:
     """Enclose the values of some steps over boxes of inputs.
 
@@ -87,9 +89,10 @@ def forward(
         thresholds: by id of an operation, the least margin.
         exact: enclose the values without errors.
         limited: use what holds for valid samples only: formats and proven ranges.
+        jumps: count what changes where an error makes an operation choose otherwise.
     """
     count = len(next(iter(boxes.values())).lo)
-    made = Forward(count, {}, {}, {}, {}, {}, exact, limited)
+    made = Forward(count, {}, {}, {}, {}, {}, exact, limited, jumps)
     for name, box in boxes.items():
         error = np.zeros(count) if exact else rounding(net.formats.values[name], box.magnitude)
         made.values[name], made.moved[name] = box.widened(error), error
@@ -114,7 +117,7 @@ def _advance(net: ErrorNetwork, step: Step, threshold: float, made: Forward) -> 
         if name is None:
             continue
         own = found.own[result] if found.joint is None else up(found.own[result] + found.joint)
-        if made.exact:
+        if made.exact or (step.op in CHOOSER and not made.jumps):  # which are exact themselves
             own = np.zeros(made.count)
         partials = zip(found.partials[result], moved, strict=True)
         change = sum((times(p.magnitude, m) for p, m in partials if m.any()), own)

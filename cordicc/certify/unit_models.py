@@ -86,7 +86,7 @@ def rotate(step: Step, w: Sequence[Boxes]) -> Local:
     x, y, z = w
     unit, m = step.cau, step.params["m"]
     assert unit is not None
-    bound = _rotation(unit, m)
+    bound = _rotation(unit, m, step.quarters)
     zero, one = point(0.0, len(x.lo)), point(1.0, len(x.lo))
     if m == 0:
         product = x * z

@@ -98,7 +98,9 @@ def _allowed(plan: Plan, limits: Mapping[str, _Limit]) -> Allowed:
         shape = next(iter(samples.values())).shape
         found: dict[str, Any] = {name: np.full(shape, limit.elsewhere) for name, limit in limits.items()}
         if stated is not None:
-            kept = np.ones(shape, dtype=bool) if facts is None else facts.kept(samples)
+            kept = np.ones(shape, dtype=bool)
+            if facts is not None:
+                kept = facts.kept(samples) & facts.facts.exactly(samples)
             held, own = stated.inside(samples), own_bounds(stated.net, list(proven), samples)
             for name, value in proven.items():
                 least = np.fmin(np.where(held[name], value, np.inf), own[name])

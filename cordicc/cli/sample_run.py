@@ -170,7 +170,7 @@ def _with_own_bounds(
         outputs = simulate(samples)
         valid = outputs["valid"].astype(bool)
         if facts is not None:
-            valid &= facts.kept(samples)
+            valid &= facts.kept(samples) & facts.facts.exactly(samples)
         own = own_bounds(net, list(plan.outputs), {n: column[valid] for n, column in samples.items()})
         for name, bounds in own.items():
             outputs[BOUND + name] = np.full(valid.shape, np.nan)

@@ -34,13 +34,15 @@ class FactTally:
     """Tells which samples keep the facts, counts those that do not, and remembers the first of them.
 
     The numbers given must keep every fact as `InputFacts.kept` says, and those that their words stand for the
-    strict inequalities, which rounding may turn into equalities.
+    strict inequalities, which rounding may turn into equalities.  `rough` are those that keep an equation
+    less exactly than double precision would: what rests on it is as far off, and no bound counts that.
     """
 
     facts: InputFacts
     words: Callable[[Samples], Samples]
     samples: int = 0
     broken: int = 0
+    rough: int = 0
     first: BrokenFact | None = None
 
     @classmethod
@@ -67,6 +69,7 @@ class FactTally:
                 at = int(fresh[0])
                 self.first = self._found(fact, rounded if numbers[at] else samples, at, bool(numbers[at]))
             kept &= numbers & words
+        self.rough += int((kept & ~self.facts.exactly(samples)).sum())
         self.samples += count
         self.broken += count - int(kept.sum())
         return kept
@@ -77,8 +80,15 @@ class FactTally:
 
     def told(self, noun: str) -> list[Diagnostic]:
         """Return a warning if any sample breaks a fact; `noun` is what the user calls a sample."""
+        rough = []
+        if self.rough:
+            message = (
+                f"{self.rough} of {self.samples} {noun}s keep what the problem assumes to 1e-6 alone, not to "
+                "the rounding of double precision: no bound holds for them"
+            )
+            rough = [Diagnostic("W618", message, None, "give the inputs with more digits", Severity.WARNING)]
         if self.first is None:
-            return []
+            return rough
         verb = "breaks" if self.broken == 1 else "break"
         words = " as words of the target" if self.first.as_words else ""
         message = (
@@ -89,4 +99,4 @@ class FactTally:
         hint = (
             "no bound holds for them, errors are those of the others; correct these inputs, or the assumption"
         )
-        return [Diagnostic("W617", message, None, hint, Severity.WARNING)]
+        return [Diagnostic("W617", message, None, hint, Severity.WARNING), *rough]

@@ -117,8 +117,13 @@ class _Tally:
         numbers = self.samples + np.flatnonzero(both)
         errors = {n: angular(outputs[n][both] - values[n][both], a) for n, a in self.angles.items()}
         if self.judgement is not None:
-            inside, made = ({n: column[both] for n, column in each.items()} for each in (inputs, outputs))
-            self.judgement.add(Part(numbers, inside, made, errors, precise))
+            exactly = np.ones(numbers.shape, dtype=bool)
+            if self.facts is not None:
+                exactly = self.facts.facts.exactly({n: column[both] for n, column in inputs.items()})
+            judged = np.flatnonzero(both)[exactly]
+            inside, made = ({n: column[judged] for n, column in each.items()} for each in (inputs, outputs))
+            own = {name: error[exactly] for name, error in errors.items()}
+            self.judgement.add(Part(numbers[exactly], inside, made, own, precise))
         for name, error in errors.items():
             known = np.isfinite(error)  # a doubtful sample may have no value in double precision
             self.errors[name].add(error[known], numbers[known], rank=precise)

@@ -223,7 +223,7 @@ class _Run:
             rests = program.live([program.outputs[name]])
             if name not in self.allowed or denominator.users.isdisjoint(rests):
                 continue
-            used = good & (np.abs(values[name]) <= _BOUNDED * self.largest[name])
+            used = good & (sizes > 0) & (np.abs(values[name]) <= _BOUNDED * self.largest[name])
             errors = angular(outputs[name][used] - values[name][used], is_angle)
             at = {input: column[used] for input, column in samples.items()}
             end = _end(denominator, sizes[used], errors, self.allowed[name], at)

@@ -1,4 +1,4 @@
-"""InputFacts about the inputs that a problem assumes, and which samples keep them."""
+"""Facts about the inputs that a problem assumes, and which samples keep them."""
 
 from __future__ import annotations
 
@@ -81,6 +81,16 @@ class InputFacts:
         kept = np.ones(count, dtype=bool)
         for fact in self.items:
             kept &= np.broadcast_to(self.kept_one(fact, samples), kept.shape)
+        return kept
+
+    def exactly(self, samples: Samples) -> Bools:
+        """Return which samples keep every equation to the rounding of double precision, as proofs take it."""
+        count = len(next(iter(samples.values()), np.zeros(1)))
+        kept = np.ones(count, dtype=bool)
+        for fact in self.items:
+            if fact.relation == "=":
+                left, right, scale = self.sides(fact, samples)
+                kept &= np.broadcast_to(np.abs(left - right) <= _ROUNDING * scale, kept.shape)
         return kept
 
     def only(self, samples: Mapping[str, Floats]) -> dict[str, Floats]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -127,10 +126,5 @@ class Problem:
 
 
 def input_intervals(problem: Problem) -> dict[str, Interval]:
-    """Return an enclosure of each input's range."""
-    return {
-        spec.name: Interval(
-            math.nextafter(float(spec.lo), -math.inf), math.nextafter(float(spec.hi), math.inf)
-        )
-        for spec in problem.inputs
-    }
+    """Return the range of each input: the doubles at its ends belong to it."""
+    return {spec.name: Interval(float(spec.lo), float(spec.hi)) for spec in problem.inputs}

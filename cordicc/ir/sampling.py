@@ -14,6 +14,7 @@ DEFAULT_SAMPLES = 10_000
 DEFAULT_SEED = 0
 """What is drawn unless told otherwise: the figures that a plan states are of these samples."""
 
+_DECADES = 6
 _CORNERS = 256
 """Corners of the ranges that are looked at besides."""
 
@@ -44,6 +45,28 @@ def draw_with_corners(workspace: Workspace, count: int) -> dict[str, Floats]:
         return samples
     ends = corners(workspace.ranges)
     return {name: np.concatenate([column, ends[name]]) for name, column in samples.items()}
+
+
+def draw_by_size(workspace: Workspace, count: int) -> dict[str, Floats]:
+    """Draw samples whose sizes are spread evenly over the decades, down to `_DECADES` below the largest.
+
+    Uniform samples of wide ranges are all large.  Of own samples there are none.
+    """
+    if workspace.rows is not None:
+        return {name: np.empty(0) for name in workspace.ranges}
+    generator = np.random.Generator(np.random.PCG64(DEFAULT_SEED + 1))
+    found = {}
+    for name, (lo, hi) in workspace.ranges.items():
+        largest = max(abs(lo), abs(hi))
+        least = max(lo, -hi, largest * 10.0**-_DECADES)
+        # Of the side that a number has, so that a short one has small numbers too.
+        below = generator.random(count) < (0.5 if lo < 0 < hi else float(hi <= 0))
+        side = np.where(below, abs(lo), abs(hi))
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a range that is 0 alone
+            share = np.clip(np.log(np.fmax(side, least) / least), 0.0, None)
+            size = least * np.exp(share * generator.random(count))
+        found[name] = np.clip(np.nan_to_num(np.where(below, -size, size)), lo, hi)
+    return found
 
 
 def corners(ranges: Mapping[str, tuple[float, float]]) -> dict[str, Floats]:

@@ -41,11 +41,13 @@ class RoundingEffect:
             none is.
         far: a check and a sample that are moved far: much further than is usual, and than rounded words
             alone would.  What is allowed may be as much: then only another way to the outputs does better.
+        excessive: whether a check is moved by more than the largest that the problem states.
     """
 
     ratios: Mapping[str, Floats]
     inaccurate: tuple[str, int] | None
     far: tuple[str, int] | None
+    excessive: bool
 
 
 class AccuracyGate:
@@ -82,6 +84,7 @@ class AccuracyGate:
             points = {name: np.concatenate([column, hard[name]]) for name, column in points.items()}
         self._is_angle = {name: problem.output(name).is_angle for name in graph.outputs}
         self._checks = problem.check_graph
+        self._limits = {check.name: float(check.max) for check in problem.checks if check.max is not None}
         self._points, self._words, self._coarsest = points, words, coarsest
         self._allowed, self._near = {}, {}
         values = all_results(graph, points)
@@ -100,8 +103,9 @@ class AccuracyGate:
             disturbances = Disturbances(words, graph, values)
             given = self._moved_by(graph, words, inputs_alone=True)
             for name, value in graph.outputs.items():
-                least = np.hypot(given[name], words.outside * disturbances.step(value.node, value.result))
-                self._allowed[name] = _FIT * np.maximum(least, np.median(least[:easy]))
+                with np.errstate(over="ignore"):
+                    least = np.hypot(given[name], words.outside * disturbances.step(value.node, value.result))
+                    self._allowed[name] = _FIT * np.maximum(least, np.median(least[:easy]))
         for name in graph.outputs:
             self._allowed[name][easy:] = np.inf
 
@@ -109,7 +113,8 @@ class AccuracyGate:
         """Return how far rounding moves outputs and checks of a graph."""
         moved = self._moved(graph)
         ratios = _ratios(moved, self._allowed)
-        return RoundingEffect(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)))
+        excessive = any(bool(np.any(moved[name] > limit)) for name, limit in self._limits.items())
+        return RoundingEffect(ratios, _farthest(ratios), _farthest(_ratios(moved, self._near)), excessive)
 
     def culprit(self, graph: Graph, output: str, sample: int, among: Collection[Value]) -> Value | None:
         """Return the result whose rounding moves an output at a sample most, of some; None if none does."""
@@ -224,7 +229,8 @@ class AccuracyGate:
 
     def _distance(self, output: str, found: Floats, exact: Floats) -> Floats:
         """Return how far values of an output are from exact ones, angles modulo 2 pi."""
-        difference = np.abs(found - exact)
+        with np.errstate(invalid="ignore"):  # of what is beyond every double
+            difference = np.abs(found - exact)
         angle = self._is_angle.get(output, False)
         return np.minimum(difference, np.abs(difference - 2 * np.pi)) if angle else difference
 

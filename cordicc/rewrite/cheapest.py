@@ -164,7 +164,7 @@ class _Search:
                 kept = self.passes
                 if kept.close:
                     return True
-            if kept is not None and cost[0] > kept.cost[0]:
+            if kept is not None and cost[0] > kept.cost[0] and not kept.effect.excessive:
                 break
             each = _Tried(cost, self.gate.judged(made), made, found.proven and kept is None, found)
             self.tried.append(each)
@@ -189,7 +189,8 @@ class _Search:
         """Return the cheapest that is about as accurate everywhere as the best there, with the passes' one.
 
         On fixed point no words may be as fine as is allowed, so that it need not be accurate enough.
-        Where it moves a check far, one that does not and takes no more of what costs first is better.
+        Where it moves a check far, one that does not and takes no more of what costs first is better; at any
+        cost, where the problem allows the check no more.
         """
         every = sorted([self.passes, *self.tried], key=lambda each: each.cost)
         least = {
@@ -202,7 +203,7 @@ class _Search:
             if all(np.all(each.effect.ratios[n] <= np.maximum(1.0, _ABOUT * least[n])) for n in least)
         ]
         best = fitting[0] if fitting else min(every, key=lambda each: each.excess)
-        close = [each for each in fitting if each.close and each.cost[0] <= best.cost[0]]
+        close = [e for e in fitting if e.close and (best.effect.excessive or e.cost[0] <= best.cost[0])]
         best = close[0] if close else best
         found = best.found
         return Choice(
@@ -217,12 +218,15 @@ class _Search:
 
     def _words(self, chosen: _Tried) -> tuple[str, ...]:
         """Return what was left out, with how many cheaper realisations were turned down."""
+        found = list(self.left_out)
+        if chosen.effect.excessive:
+            found.append("operations that keep checks within their largest everywhere: none was found")
         count = sum(cost < chosen.cost for cost in [*self.rejected, *(each.cost for each in self.tried)])
         if not count:
-            return tuple(self.left_out)
+            return tuple(found)
         choices = "choice of operations" if count == 1 else "choices of operations"
         said = f"{count} cheaper {choices}, with which rounding would move an output or a check too far"
-        return (*self.left_out, said)
+        return (*found, said)
 
     def _ban(self, realisations: Realisations, found: Found, moved: tuple[str, int], *, close: bool) -> bool:
         """Let what moves an output or check at a sample be in no further realisation.

@@ -70,7 +70,10 @@ class Disturbances:
             moved = np.where(np.abs(C) <= length, np.clip(moved, -length, length), moved)
         angle, rest = results(node.op, node.params, (A, B, moved), C.size)
         of_angle, of_rest = (1.0, rest) if steps is None else steps
-        return angle + self._rounding * outside[0] * of_angle, rest + self._rounding * outside[1] * of_rest
+        with np.errstate(invalid="ignore"):  # of what is beyond every double
+            return angle + self._rounding * outside[0] * of_angle, rest + self._rounding * outside[
+                1
+            ] * of_rest
 
 
 def _own_errors(node: Node, operands: Sequence[Floats], made: Results, steps: Results) -> list[Floats]:

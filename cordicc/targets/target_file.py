@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -90,10 +90,8 @@ def load_target(
     """
     source = target_text(name_or_path)
     report = Report(source)
-    yaml = YAML(typ="safe", pure=True)
-    yaml.version = "1.2"
     try:
-        data = yaml.load(source.text)
+        data = _loaded(source.text)
     except (YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError) as error:
         mark = getattr(error, "problem_mark", None)
         span = None if mark is None else Span(mark.line + 1, mark.column + 1, mark.column + 2)
@@ -103,13 +101,25 @@ def load_target(
         raise _failure(report, "E503", "a target must be a mapping")
     try:
         filled = sized(data, guard_bits, width_bits)
-        target = _Reader(report, cache(lambda: yaml.compose(source.text))).target(filled)
+        target = _Reader(report, cache(lambda: _yaml().compose(source.text))).target(filled)
         report.raise_if_failed()
         assert target is not None
         target.machine()
     except ValueError as error:
         raise _failure(report, "E505", str(error)) from None
     return replace(target, guard_is_open=guard_is_open(data))
+
+
+def _yaml() -> YAML:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.version = "1.2"
+    return yaml
+
+
+@lru_cache(maxsize=16)
+def _loaded(text: str) -> Any:
+    """Return the data of a target file, which stays as it is: a plan asks for one target many times."""
+    return _yaml().load(text)
 
 
 def _failure(report: Report, code: str, message: str, span: Span | None = None) -> InvalidInput:

@@ -7,14 +7,17 @@ import pytest
 
 from cordicc.arith.compiled import compiled_cau
 from cordicc.arith.compiled.compiled_systems import CompiledSingle, compiled_system
-from cordicc.arith.numbers.fixed_point import ROUNDINGS
+from cordicc.arith.kernels.reduction import quarter_turns
+from cordicc.arith.numbers.fixed_point import ROUNDINGS, FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import SINGLE, BinaryPoint, Signal
+from cordicc.arith.unit.cau import Cau
 from cordicc.emulate import functional
 from cordicc.ir import sampling
 from tests.support.paths import EXAMPLES
 from tests.support.plans import planned
+from tests.support.selection import slow
 from tests.support.unit_words import OPERATIONS, UNITS, operands, results
 
 needs_numba = pytest.mark.skipif(not compiled_cau.available(), reason="numba is optional")
@@ -31,6 +34,28 @@ def test_every_operation_has_the_same_bits(name: str) -> None:
         plain = results(unit, operation, params, values)
         for at, bits in enumerate(results(fast, operation, params, values)):
             assert np.array_equal(plain[at], bits), (operation, params, at)
+
+
+@needs_numba
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("angle_bits", [24, 35])
+def test_rotations_by_a_table_have_the_same_bits(angle_bits: int) -> None:
+    unit = Cau(33, 30, None, 24, angle_bits)
+    fast = compiled_cau.CompiledCau(**asdict(unit))
+    generator = np.random.Generator(np.random.PCG64(3))
+    x, y = np.ldexp(generator.integers(-(2**23), 2**23, (2, 1300)).astype(float), -20)
+    words = generator.integers(1 - 2**23, 2**23, 1300) >> generator.integers(0, 24, 1300)
+    words[:4] = 0, 2**23 - 1, 1 - 2**23, -(2**23)
+    lengths = set()
+    for fraction in (18, 19, 20, 21, 22, 24, 26, 37, 160):  # 18: too many quarter turns, so a product
+        table = quarter_turns(angle_bits, 24, fraction)
+        lengths.add(None if table is None else len(table.thresholds))
+        z = FixedPoint(24, fraction).decode(words)
+        made = fast.rotate(1, x, y, z, quarters=table)
+        for plain, same in zip(unit.rotate(1, x, y, z, quarters=table), made, strict=True):
+            assert np.array_equal(plain, same, equal_nan=True)
+            assert np.array_equal(np.isnan(plain), words == -(2**23))
+    assert lengths == {None, 0, 1, 3, 5, 10}
 
 
 @needs_numba
@@ -121,9 +146,12 @@ def test_fixed_point_has_the_same_bits(rounding: str, fractions: tuple[int, int,
 
 @needs_numba
 @pytest.mark.filterwarnings("default")
-@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
-def test_a_plan_has_the_same_bits(target: str) -> None:
-    plan = planned(EXAMPLES / "quadruped_leg.yaml", target=target)
+@pytest.mark.parametrize(
+    ("name", "target"),
+    [("quadruped_leg", "kinematic"), slow(("quadruped_leg", "fixed24")), ("wheel_beta", "fixed24")],
+)
+def test_a_plan_has_the_same_bits(name: str, target: str) -> None:
+    plan = planned(EXAMPLES / f"{name}.yaml", target=target)
     machine = plan.arithmetic
     samples = sampling.draw(plan.problem.workspace, 3000, 4)
     plain = functional.run(plan, machine, samples)

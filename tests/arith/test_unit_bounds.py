@@ -11,7 +11,7 @@ from cordicc.emulate.ports import PortFormats, constant_signal, prepare
 from cordicc.ir.graph import Builder, Value
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.plan.model import dependence_order
-from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.corpus import EFFORT_CASES, LITTLE_CASES, inputs_of, problem_path
 from tests.support.plans import planned
 from tests.support.selection import quick
 
@@ -37,12 +37,12 @@ def place(unit, *operands):
     return np.ldexp(1.0, np.frexp(largest)[1] - unit.fraction_bits)
 
 
-def allowed(unit, operation, operands, results):
+def allowed(unit, operation, operands, results, quarters):
     """The proven bound of each result before its rounding; of an implicit angle, of the residual."""
     m = operation.params.get("m")
     x, y = operands[:2]
     if operation.op == "rotate":
-        bound = rotation_bound(unit, m)
+        bound = rotation_bound(unit, m, quarters)
         if m == 1:
             return [bound.error(np.hypot(x, y), place(unit, x, y))] * 2
         if m == 0:
@@ -70,12 +70,12 @@ def residual(m, operands, angle):
     return np.abs(B * cosine + A * sine - C).astype(float), slope.astype(float)
 
 
-def check(operation, unit, operands, words, formats):
+def check(operation, unit, operands, words, formats, quarters):
     valid = np.logical_and.reduce([~np.isnan(column) for column in (*operands, *words)])
     operands = [column[valid] for column in operands]
     words = [column[valid] for column in words]
     results = exact(operation, operands)
-    bounds = allowed(unit, operation, operands, results)
+    bounds = allowed(unit, operation, operands, results, quarters)
     for port, (got, want, bound, format_) in enumerate(zip(words, results, bounds, formats, strict=True)):
         if format_ is None or not got.size:
             continue
@@ -90,9 +90,9 @@ def check(operation, unit, operands, words, formats):
             assert np.all(np.abs(got - want) <= bound + rounding + SLACK * (1 + np.abs(want)))
 
 
-@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
-def test_every_unit_is_within_its_bound(name: str) -> None:
-    plan = planned(problem_path(name), target="fixed24")
+@pytest.mark.parametrize(("name", "effort"), quick(EFFORT_CASES, *LITTLE_CASES))
+def test_every_unit_is_within_its_bound(name: str, effort: float) -> None:
+    plan = planned(problem_path(name), target="fixed24", effort=effort)
     arithmetic = plan.arithmetic
     formats = PortFormats.of(plan, arithmetic)
     inputs = inputs_of(name)
@@ -112,4 +112,7 @@ def test_every_unit_is_within_its_bound(name: str) -> None:
                 signals[result] = signal
         if operation.kind in arithmetic.caus:
             words = [np.zeros(ROWS) if s is None else s.values for s in results]
-            check(operation, arithmetic.caus[operation.kind], [s.values for s in operands], words, wanted)
+            turned = (operation.op, operation.m) == ("rotate", 1)
+            quarters = arithmetic.quarters(operation.kind, operands[2].format) if turned else None
+            values = [s.values for s in operands]
+            check(operation, arithmetic.caus[operation.kind], values, words, wanted, quarters)

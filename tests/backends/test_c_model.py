@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cordicc.arith.kernels.reduction import quarter_turns
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.formats import BinaryPoint, Signal
 from cordicc.backends.c import c_model
@@ -17,7 +19,7 @@ from cordicc.backends.c.c_arithmetic import COperand
 from cordicc.backends.c.c_names import comment, identifiers
 from cordicc.base.diagnostics import Unattainable
 from cordicc.emulate import functional
-from cordicc.plan.model import Operand, Plan
+from cordicc.plan.model import Formats, Operand, Operation, Plan
 from cordicc.targets.target_file import load_target
 from tests.support import command_line
 from tests.support.c_models import (
@@ -30,6 +32,7 @@ from tests.support.c_models import (
     run,
     variants,
 )
+from tests.support.origins import problem_of
 from tests.support.paths import EXAMPLES
 from tests.support.selection import quick, slow
 
@@ -74,7 +77,9 @@ def test_unit_operations(case: tuple[str, dict[str, Any]], target: str, seed: in
 
 
 @needs_compiler
-@pytest.mark.parametrize("target", ["kinematic", "krieger96", "fixed24", "fixed32", "fixed12"])
+@pytest.mark.parametrize(
+    "target", ["kinematic", slow("krieger96"), "fixed24", slow("fixed32"), slow("fixed12")]
+)
 @pytest.mark.parametrize("seed", quick(range(4), 0))
 def test_random_graphs(target: str, seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
@@ -92,6 +97,42 @@ def test_adders_multipliers_and_sign_logic(
 ) -> None:
     plan = Generator(arithmetic(target), 1).plan([case], 3)
     check(plan, adversarial(plan.problem, 500, 1), tmp_path)
+
+
+@needs_compiler
+def test_rotations_by_angles_of_every_format(tmp_path: Path) -> None:
+    """No quarter turn, one, ten and more than a table holds; more bits than the unit has, and fewer."""
+    spec = arithmetic("fixed24")
+    angle_bits = spec["units"]["standard"]["angle_bits"]
+    fractions = (17, 18, 19, 20, 21, 22, 23, 24, angle_bits + 2, angle_bits + 9, 160)
+    tables = [quarter_turns(angle_bits, 24, fraction) for fraction in fractions]
+    assert {None if table is None else len(table.thresholds) for table in tables} == {None, 0, 1, 3, 5, 10}
+    values = {"x": BinaryPoint(24, 22), "y": BinaryPoint(24, 22)}
+    ranges = {"x": (-1.9, 1.9), "y": (-1.9, 1.9)}
+    outputs, made = {}, []
+    for index, fraction in enumerate(fractions):
+        angle, largest = f"z{index}", math.ldexp((1 << 23) - 1, -fraction)
+        values[angle], ranges[angle] = BinaryPoint(24, fraction), (-largest, largest)
+        results = (f"o{index}.c", f"o{index}.s")
+        operands = tuple(Operand(value=name) for name in ("x", "y", angle))
+        mode = ("rotate", {"m": 1}, "standard", "rotate", "standard")
+        made.append(Operation(f"o{index}", *mode, 0, 0, ("x", "y", "z"), operands, results, f"eq{index}"))
+        values |= {name: BinaryPoint(27, 24) for name in results}
+        outputs |= {f"c{index}": Operand(value=results[0]), f"s{index}": Operand(value=results[1])}
+    shapes = {name: BinaryPoint(24, 21) for name in outputs}
+    plan = replace(
+        Generator(spec, 1).plan([("rotate", {"m": 1})], 1),
+        problem=problem_of("rotations", ranges, outputs),
+        operations=tuple(made),
+        outputs=outputs,
+        formats=Formats(values, shapes),
+    )
+    found = check(plan, adversarial(plan.problem, 600, 1), tmp_path, *SANITIZED)
+    assert found["valid"].sum() > 300
+    (text,) = (text for name, text in c_model.files(plan).items() if name.endswith(".c"))
+    shared = {table for table in tables if table is not None}
+    assert text.count("static const quarter_turns quarters_") == len(shared) < len(tables) - 2
+    assert text.count("phase(z)") == 1
 
 
 @needs_compiler
@@ -230,7 +271,7 @@ def test_without_main_it_is_a_library(tmp_path: Path) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
+@pytest.mark.parametrize("target", [slow("kinematic"), "fixed24"])
 def test_compiler_dialects_and_optimisation_change_nothing(target: str, tmp_path: Path) -> None:
     """All headers' own names are visible here, and products may be fused with sums where the machine can."""
     plan = Generator(arithmetic(target), 2).plan(variants()[:20] + CAU_VARIANTS, 4)

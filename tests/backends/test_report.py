@@ -26,9 +26,10 @@ from cordicc.plan.stated_accuracy import OutputAccuracy, SeenErrors, StatedBound
 from cordicc.targets.target_file import load_target
 from tests.support import hand_plans as plans
 from tests.support.hard_plans import ALL, HOSTILE
+from tests.support.selection import quick
 
 
-@pytest.fixture(params=ALL, ids=str)
+@pytest.fixture(params=quick(ALL, *(name for name in ALL if name != "puma")), ids=str)
 def plan(request: pytest.FixtureRequest) -> Plan:
     return ALL[request.param]
 

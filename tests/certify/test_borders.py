@@ -53,7 +53,7 @@ def slacks(plan):
 
 @pytest.mark.parametrize("target", quick(TARGETS, "fixed24", "kinematic"))
 def test_a_clamp_is_a_clamp(target: str, tmp_path: Path) -> None:
-    plan = planned(written(tmp_path, CLAMPS), target=target)
+    plan = planned(written(tmp_path, CLAMPS), target=target, effort=0.1)
     found = run(plan, k=[2, -2, 1.5, -1.5])
     assert found["valid"].all()
     for i, (a, b) in enumerate(PAIRS):
@@ -64,7 +64,7 @@ def test_a_clamp_is_a_clamp(target: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", quick(TARGETS, "fixed24", "kinematic"))
 def test_the_ends_of_an_arc_cosine_are_the_rounded_angles(target: str, tmp_path: Path) -> None:
-    plan = planned(written(tmp_path, ARC_COSINE), target=target)
+    plan = planned(written(tmp_path, ARC_COSINE), target=target, effort=0.1)
     assert not slacks(plan)  # rounding is monotone: c within 1 is no word beyond
     c = [1.0005, 1.0, -1.0, -1.0005, 1 - 2.0**-20]
     found = run(plan, c=c)
@@ -76,7 +76,7 @@ def test_the_ends_of_an_arc_cosine_are_the_rounded_angles(target: str, tmp_path:
 
 @pytest.mark.parametrize("target", quick(TARGETS, "fixed24"))
 def test_a_root_at_the_border_is_valid(target: str, tmp_path: Path) -> None:
-    plan = planned(written(tmp_path, TORQUE), target=target)
+    plan = planned(written(tmp_path, TORQUE), target=target, effort=0.1)
     assert slacks(plan)
     found = run(plan, iq=[0.0, 1e-6, -1e-6, 0.01])
     assert found["valid"].all()
@@ -85,19 +85,19 @@ def test_a_root_at_the_border_is_valid(target: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", quick(TARGETS, "fixed24"))
 def test_what_is_truly_outside_stays_invalid(target: str, tmp_path: Path) -> None:
-    plan = planned(written(tmp_path, CIRCLE), target=target)
+    plan = planned(written(tmp_path, CIRCLE), target=target, effort=0.1)
     (slack,) = slacks(plan)
     assert slack.beyond < 1e-6
     x, y = np.array([0.6, -0.28, 0.8, 1.0]), np.array([0.8, 0.96, 0.6, 0.0])
     assert run(plan, x=x, y=y)["valid"].all()
     assert not run(plan, x=x[:3] * (1 + 2e-6), y=y[:3] * (1 + 2e-6))["valid"].any()
-    exact = planned(written(tmp_path, ROOT), target=target)
+    exact = planned(written(tmp_path, ROOT), target=target, effort=0.1)
     assert not slacks(exact)
     assert run(exact, x=[0.0, -1e-6, -3e-7])["valid"].tolist() == [True, False, False]
 
 
 def test_own_bounds_hold_at_the_end_of_reach(tmp_path: Path) -> None:
-    plan = planned(written(tmp_path, CLAMPS), target="fixed24")
+    plan = planned(written(tmp_path, CLAMPS), target="fixed24", effort=0.1)
     rng = np.random.default_rng(3)
     sizes = np.array([math.hypot(*pair) for pair in PAIRS])
     near = rng.choice(sizes, 600) * (1 - rng.choice([0, 1, 1], 600) * 10.0 ** rng.uniform(-9, -2, 600))
@@ -113,7 +113,7 @@ def test_own_bounds_hold_at_the_end_of_reach(tmp_path: Path) -> None:
 
 
 def test_the_summary_says_what_an_angle_is_off_near_the_end(tmp_path: Path) -> None:
-    plan = compiled(written(tmp_path, ARC_COSINE), target="kinematic")
+    plan = compiled(written(tmp_path, ARC_COSINE), target="kinematic", effort=0.1)
     (error,) = [o.end_error for o in plan.operations if o.end_error is not None]
     said = plain(plan_sheet(plan))
     assert "near the end of reach, |C| = R, the angle of the equation of" in said
@@ -123,3 +123,37 @@ def test_the_summary_says_what_an_angle_is_off_near_the_end(tmp_path: Path) -> N
     assert off.max() <= error.angle_rad
     far = 1 - c > 4 * error.residual
     assert (off <= 1.2 * error.residual / np.sqrt(1 - c * c) + 2.0**-23)[far].all()
+
+
+COSINE_LAW = """
+inputs: {x: [0.001, 1000], y: [0.001, 1000], z: [0.001, 1000]}
+equations: ["q = acos((x**2 + y**2 - z**2)/(2*x*y))"]
+outputs: [q]
+"""
+
+
+@pytest.mark.parametrize("target", quick(["kinematic", "imscor24", "krieger96"], "kinematic"))
+def test_small_samples_of_wide_ranges_are_not_at_the_border(target: str, tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, COSINE_LAW), target=target)
+    inside = {"x": [0.1, 0.3, 0.01, 80.0], "y": [0.1, 0.4, 0.01, 0.9], "z": [0.1, 0.5, 0.019, 80.1]}
+    found = run(plan, **inside)
+    x, y, z = (np.array(inside[name]) for name in "xyz")
+    assert found["valid"].all()
+    assert np.abs(found["q"] - np.arccos((x**2 + y**2 - z**2) / (2 * x * y))).max() < 1e-4
+    outside = run(plan, x=[0.001, 0.1, 1], y=[0.001, 0.1, 1], z=[0.003, 0.205, 2.01])
+    assert not outside["valid"].any()
+
+
+JUMPS = """
+inputs: {x: [0.1, 0.9], y: [-1, 1]}
+equations:
+  - solve: x*y*cos(q) + max(y, y)*sin(q) = x
+    for: q
+    branch: q < 0
+"""
+
+
+def test_a_choice_that_errors_change_is_no_distance(tmp_path: Path) -> None:
+    plan = planned(written(tmp_path, JUMPS), target="kinematic")
+    assert all(slack.beyond < 1e-5 for slack in slacks(plan))
+    assert run(plan, x=[0.13, 0.13], y=[0.19, 0.99])["valid"].tolist() == [False, False]

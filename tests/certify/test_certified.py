@@ -11,7 +11,7 @@ from cordicc.certify.plans import bounds_of
 from cordicc.emulate import functional
 from cordicc.emulate.observation import exact
 from cordicc.ir import sampling
-from tests.support.corpus import PROBLEMS, VARIED, inputs_of, problem_path
+from tests.support.corpus import EFFORT_CASES, LITTLE_CASES, inputs_of, problem_path
 from tests.support.plans import planned
 from tests.support.selection import quick
 
@@ -20,13 +20,14 @@ ROWS = 300
 MANY = {"planar_2r": 10_000, "catenary": 10_000, "wrist_zyz": 10_000, "cable_winch": 10_000, "puma560": 2_000}
 
 
-@pytest.mark.parametrize("name", quick(PROBLEMS, *VARIED))
-def test_no_sample_is_beyond_the_bound(name: str) -> None:
-    plan = planned(problem_path(name), target="fixed24")
+@pytest.mark.parametrize(("name", "effort"), quick(EFFORT_CASES, *LITTLE_CASES[::2]))
+def test_no_sample_is_beyond_the_bound(name: str, effort: float) -> None:
+    plan = planned(problem_path(name), target="fixed24", effort=effort)
     bounds = bounds_of(plan)
     net = network(plan)
     corpus = inputs_of(name)
-    drawn = sampling.draw(plan.problem.workspace, MANY.get(name, ROWS), 11)
+    rows = MANY.get(name, ROWS) if effort == 1 else ROWS
+    drawn = sampling.draw(plan.problem.workspace, rows, 11)
     points = {n: np.concatenate([corpus[n], drawn[n]]) for n in net.inputs}
     simulated = functional.run(plan, plan.arithmetic, points)
     values, defined = exact(plan.problem, points)

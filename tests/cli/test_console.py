@@ -12,6 +12,7 @@ import pytest
 
 from cordicc.base.text_tables import Facts, Heading, Sheet, Table, plain
 from cordicc.cli import console
+from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
 from tests.support.selection import slow
 
@@ -46,8 +47,7 @@ def _read(end: int) -> Iterator[bytes]:
 
 
 def piped(*arguments: object) -> str:
-    command = [sys.executable, "-m", "cordicc", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    return run(*arguments).stdout
 
 
 def words(text: str) -> list[str]:

@@ -158,9 +158,9 @@ def test_explore_and_draw(results: dict[str, str], tmp_path: Path, monkeypatch: 
 
 @pytest.fixture
 def running(plan: cordicc.Plan, tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A long simulation that has begun to write."""
+    """A long simulation that has begun to write, too short for compiled units, which take long to load."""
     (tmp_path / "plan.json").write_text(plan.to_json(), encoding="utf-8")
-    command = ["simulate", "plan.json", "--random", "100000000", "--no-reference", "--outputs", "out.csv"]
+    command = ["simulate", "plan.json", "--random", "9000000", "--no-reference", "--outputs", "out.csv"]
     with subprocess.Popen([sys.executable, "-m", "cordicc", *command], cwd=tmp_path) as process:
         while process.poll() is None and not any(is_own(path.name) for path in tmp_path.iterdir()):
             time.sleep(0.01)

@@ -4,6 +4,7 @@ import copy
 import io
 import json
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ PROBLEMS = sorted(
 CASES = sorted((ROOT / "tests" / "whole" / "errors").glob("*.yaml"))
 
 
+@cache
 def schema(kind: str) -> dict[str, Any]:
     return json.loads((ROOT / "cordicc" / "schema" / f"{kind}.schema.json").read_text(encoding="utf-8"))
 
@@ -45,8 +47,13 @@ def reader() -> YAML:
     return yaml
 
 
+@cache
+def validator(kind: str) -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(schema(kind))
+
+
 def findings(kind: str, data: object) -> list[str]:
-    return [e.message for e in jsonschema.Draft202012Validator(schema(kind)).iter_errors(data)]
+    return [e.message for e in validator(kind).iter_errors(data)]
 
 
 def loads(path: Path) -> bool:
@@ -271,6 +278,7 @@ def test_the_target_schema_knows_every_kind_and_function() -> None:
     } == FUNCTIONS_OF_KIND
 
 
+@cache
 def target_data(name: str) -> Any:
     return reader().load(target_text(name).text)
 

@@ -15,6 +15,7 @@ from cordicc.base.diagnostics import InvalidInput
 from cordicc.cli import main, streams
 from tests.support.paths import EXAMPLES
 from tests.support.plans import planned
+from tests.support.selection import slow
 
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="no /dev/full")
@@ -153,7 +154,7 @@ def test_a_stream_that_takes_nothing_is_told_apart(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize(
     ("arguments", "status", "redirected"),
     [
-        (("targets",), 2, "> /dev/full"),
+        slow((("targets",), 2, "> /dev/full")),
         (("--help",), 2, "> /dev/full"),
         (("check", "missing.yaml"), 2, "2> /dev/full"),
         (("schema", "plan"), 1, "| true; exit ${PIPESTATUS[0]}"),

@@ -172,3 +172,13 @@ def test_a_plan_whose_facts_are_not_those_it_assumes(
     result = run("simulate", tmp_path)
     assert result.exit_code == 2
     assert "E603" in result.stderr
+
+
+def test_rows_of_few_digits_have_no_bound(circle: Path, tmp_path: Path) -> None:
+    rows = "".join(f"{math.cos(a):.7f},{math.sin(a):.7f},1.5\n" for a in (0.3, 1.1, 2.0))
+    (tmp_path / "rows.csv").write_text("c,s,x\n" + rows)
+    end = run("simulate", circle / "plan.json", "--inputs", tmp_path / "rows.csv")
+    assert end.exit_code == 0
+    assert "W618" in end.output
+    assert "3 of 3 rows" in end.output
+    assert "W617" not in end.output

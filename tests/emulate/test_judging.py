@@ -16,6 +16,7 @@ from cordicc.emulate.judging import ConditionalBounds, Judged, Judgement
 from cordicc.emulate.long_run import run_parts
 from cordicc.ir import sampling
 from tests.support.command_line import run
+from tests.support.plans import compiled
 
 TEXT = """\
 name: singular
@@ -31,7 +32,7 @@ outputs: [a, s]
 def plan(tmp_path_factory: pytest.TempPathFactory) -> cordicc.Plan:
     path = tmp_path_factory.mktemp("judging") / "p.yaml"
     path.write_text(TEXT, encoding="utf-8")
-    return cordicc.compile(path, target="fixed24")
+    return compiled(path, target="fixed24", effort=0.1)
 
 
 @pytest.fixture(scope="module")

@@ -148,7 +148,7 @@ def test_errors_and_their_histogram() -> None:
 
 
 def test_search_finds_no_smaller_error(file: Path) -> None:
-    command = ("simulate", file, "--random", 2000, "--report")
+    command = ("simulate", file, "--random", 500, "--report")
     data = json.loads(run(*command, "--json").stdout)
     for record in data["accuracy"].values():
         assert record["search"]["error"] >= record["observed"]["max"]
@@ -329,7 +329,7 @@ def edge(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("edge")
     (folder / "edge.yaml").write_text(EDGE, encoding="utf-8")
     path = folder / "plan.json"
-    plan = cordicc.compile(folder / "edge.yaml", target="fixed24")
+    plan = compiled(folder / "edge.yaml", target="fixed24", effort=0.1)
     path.write_text(plan.to_json(), encoding="utf-8")
     return path
 

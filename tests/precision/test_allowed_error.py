@@ -19,7 +19,7 @@ outputs: {q: {max_error: %s}}
 def test_exceptions_are_told(tmp_path: Path, error: str, warned: bool) -> None:
     """Near the stretched and the folded leg the angle moves far with small errors."""
     (tmp_path / "p.yaml").write_text(LEG % error, encoding="utf-8")
-    compiled = compile_file(tmp_path / "p.yaml", Options("fixed24"))
+    compiled = compile_file(tmp_path / "p.yaml", Options("fixed24", effort=0.1))
     found = [w for w in compiled.warnings if w.code == "W417"]
     share = compiled.plan.accuracy["q"].bound.share_of_samples
     assert bool(found) == (share < 1) == warned

@@ -166,6 +166,7 @@ def test_a_shorter_equation_is_the_same_equation(tmp_path: Path, monkeypatch: Pa
     assert units(searched(problem).graph) != ["implicit", "vector"]
 
 
+@pytest.mark.exhaustive(reason="three searches; what outgrows a field is left out in quick ones")
 def test_values_that_outgrow_the_field_become_generators(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr("cordicc.rewrite.exact.field.MOST_TERMS", 40)
     equations = """

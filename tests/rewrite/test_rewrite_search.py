@@ -15,6 +15,7 @@ from cordicc.rewrite.search.costs import Costs
 from cordicc.rewrite.search.realisations import Realisations
 from cordicc.targets.target_file import load_target
 from tests.support.rewriting import certain, multipliers, problem_of, same_where, searched, units
+from tests.support.selection import slow
 
 TWO_LINKS = """
 D = (x**2 + y**2 - 0.18)/0.18
@@ -188,7 +189,7 @@ def test_without_implicit_units_chains_are_counted(tmp_path: Path) -> None:
     assert units(graph) == ["vector", "vector", "vector"]
 
 
-@pytest.mark.parametrize("goal", ["processors", "latency", "area"])
+@pytest.mark.parametrize("goal", [slow("processors"), "latency", slow("area")])
 def test_goals_come_first(tmp_path: Path, goal: str) -> None:
     from cordicc.rewrite.search.costs import Costs, of_graph
     from tests.support.rewriting import KINEMATIC

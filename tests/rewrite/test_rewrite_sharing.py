@@ -77,6 +77,7 @@ def test_the_sign_of_the_partner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         searched(problem)
 
 
+@pytest.mark.exhaustive(reason="searches for legs twice, once to see a wrong identity found")
 def test_the_part_without_inputs_is_a_number_only_if_the_field_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ from click.testing import Result
 
 from cordicc.studies import cluster, sequence_search
 from tests.support.command_line import run
+from tests.support.selection import slow
 
 INSTALLED = all(importlib.util.find_spec(name) for name in ("joblib", "distributed"))
 needs_dask = pytest.mark.skipif(not INSTALLED, reason="needs joblib and distributed: cordicc[cluster]")
@@ -22,7 +23,7 @@ def invoke(*arguments: str) -> Result:
 
 @needs_dask
 @pytest.mark.filterwarnings("ignore")  # those of Dask itself
-@pytest.mark.parametrize("cores", [1, 2])
+@pytest.mark.parametrize("cores", [slow(1), 2])
 def test_a_cluster_finds_what_one_process_finds(cores):
     from distributed import LocalCluster
 
@@ -50,7 +51,7 @@ def test_a_cluster_without_workers(monkeypatch):
 
 @needs_dask
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("cores", [1, 2])
+@pytest.mark.parametrize("cores", [slow(1), 2])
 def test_the_parts_run_on_the_workers(monkeypatch, cores):
     from distributed import LocalCluster
 

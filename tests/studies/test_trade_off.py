@@ -18,6 +18,7 @@ from cordicc.plan.file import parse
 from cordicc.studies import trade_off
 from tests.support.command_line import run
 from tests.support.paths import EXAMPLES
+from tests.support.selection import slow
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def width_of(svg: str) -> float:
 
 
 class TestDraw:
-    @pytest.mark.parametrize("view", ["datapath", "schedule", "graph"])
+    @pytest.mark.parametrize("view", [slow("datapath"), "schedule", slow("graph")])
     def test_png_and_pdf(self, folder: Path, tmp_path: Path, view: str) -> None:
         try:
             import cairosvg  # noqa: F401

@@ -15,6 +15,13 @@ REFUSED = tuple(sorted(p.stem for p in CORPUS.glob("rej_*.yaml")))
 VARIED = ("planar_2r", "four_bar", "catenary", "lorentz_boost", "mecanum", "wrist_zyz")
 """Small problems that differ: implicit and standard units of each system, lightcones, sums of products."""
 
+LITTLE = 0.1
+"""An effort with which a plan is found soon; it may take more units than the usual one."""
+
+LITTLE_CASES = [(name, LITTLE) for name in VARIED]
+EFFORT_CASES = [*((name, 1.0) for name in PROBLEMS), *LITTLE_CASES]
+"""Problems and efforts of tests that run plans of the whole corpus; those with little effort are quick."""
+
 
 def problem_path(name: str) -> Path:
     """Return the file of a problem."""

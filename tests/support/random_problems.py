@@ -304,7 +304,7 @@ def clear_validity(
                 + erring * (problem.ranges[name][1] - problem.ranges[name][0]) * generator.uniform(-1, 1)
                 for name, column in samples.items()
             }
-            noise = Noise(erring, erring if attempt % 2 else 0.0)
+            noise = Noise(erring, erring if attempt % 2 else 0.0, generator)
             if (problem.evaluate(moved, noise) is not None) != valid[index]:
                 clear[index] = False
                 break

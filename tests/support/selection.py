@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-USUAL_EXAMPLES, QUICK_EXAMPLES = 100, 25
+USUAL_EXAMPLES, QUICK_EXAMPLES = 100, 15
 """Examples on which a property is tried, in a run of everything and in the quick selection."""
 
 settings.register_profile("everything", derandomize=True, deadline=None, max_examples=USUAL_EXAMPLES)

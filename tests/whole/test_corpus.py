@@ -10,7 +10,16 @@ import pytest
 
 import cordicc
 from cordicc.base.diagnostics import InvalidInput
-from tests.support.corpus import PROBLEMS, REFUSED, VARIED, angles, expected_of, inputs_of, problem_path
+from tests.support.corpus import (
+    LITTLE,
+    PROBLEMS,
+    REFUSED,
+    VARIED,
+    angles,
+    expected_of,
+    inputs_of,
+    problem_path,
+)
 from tests.support.plans import compiled, planned
 from tests.support.selection import quick
 
@@ -20,6 +29,7 @@ PLANS: dict[str, Callable[[Path], cordicc.Plan]] = {
     "krieger96": partial(planned, target="krieger96"),
     "imscor24": partial(planned, target="imscor24"),
     "fixed24": partial(planned, target="fixed24"),
+    "fixed24, little effort": partial(planned, target="fixed24", effort=LITTLE),
 }
 """How a plan is made; with little effort searches stop early, and what comes out computes the same.
 
@@ -28,8 +38,12 @@ Accuracy figures take their time, so there are some by default only.
 
 CASES = [(name, how) for how in PLANS for name in PROBLEMS]
 CLOCKED = [case for case in CASES if case[1] != "krieger96"]
-FEW = [(name, how) for how in ("little effort", "fixed24") for name in VARIED]
-MORE = [(name, "little effort") for name in PROBLEMS if name not in VARIED]
+LARGE = ("franka_panda_q7", "humanoid_leg_6dof", "puma560", "puma560_solve", "stanford_arm", "stewart_legs")
+"""Problems whose plans take seconds even so; tests of examples run arms of six joints quickly."""
+
+SMALL = [name for name in PROBLEMS if name not in LARGE]
+FEW = [(name, how) for how in ("little effort", "fixed24, little effort") for name in VARIED]
+MORE = [(name, "little effort") for name in SMALL if name not in VARIED]
 MORE += [("planar_2r", how) for how in ("krieger96", "imscor24")]
 
 
@@ -66,7 +80,7 @@ def test_cycle_accurate_gives_the_same_bytes(name: str, how: str) -> None:
         assert functional[output].tobytes() == clocked[output].tobytes()
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick(PROBLEMS, *SMALL))
 def test_outputs_that_are_angles(name: str) -> None:
     plan = PLANS["little effort"](problem_path(name))
     found = {name for name, is_angle in plan.problem.angles.items() if is_angle}

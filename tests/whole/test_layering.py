@@ -45,6 +45,7 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
 def imported(tree: ast.Module) -> set[str]:
     """The modules of the package that a module imports, at its start or later."""
     found = set()

@@ -1,11 +1,13 @@
 """The PUMA 560 of the examples: its hand is where it should be, with a straight wrist too."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import cordicc
 from tests.support.paths import EXAMPLES
-from tests.support.plans import compiled
+from tests.support.plans import compiled, planned
 from tests.support.selection import quick
 
 D1, A2, A3, D3, D4 = 0.67183, 0.4318, 0.0203, 0.15005, 0.4318
@@ -49,16 +51,24 @@ def poses(q5: float | None, count: int = 1_000) -> dict[str, np.ndarray]:
     return {name: np.clip(column, -1, 1) for name, column in names} | place
 
 
-@pytest.fixture(scope="module", params=quick(["kinematic", "fixed24"], "kinematic"))
-def plan(request: pytest.FixtureRequest) -> cordicc.Plan:
-    # Without options as other tests ask for it, so that it is compiled once.
-    options = {} if request.param == "kinematic" else {"target": request.param, "certify": False}
-    return compiled(EXAMPLES / "puma560.yaml", **options)
+def plan_of(how: str) -> cordicc.Plan:
+    # Without options as other tests ask for them, so that each is compiled once.
+    options: dict[str, dict[str, Any]] = {
+        "kinematic": {},
+        "fixed24": {"target": "fixed24", "certify": False},
+    }
+    if how == "little effort":  # as the browser looks at it
+        return planned(EXAMPLES / "puma560.yaml", effort=0.01)
+    return compiled(EXAMPLES / "puma560.yaml", **options[how])
 
 
+@pytest.mark.exhaustive(
+    reason="the whole search takes half a minute; smaller arms reach their points quickly"
+)
+@pytest.mark.parametrize("how", ["kinematic", "fixed24"])
 @pytest.mark.parametrize("q5", [0.0, 1e-7, 1e-5, 1e-3, None])
-def test_the_hand_arrives(plan: cordicc.Plan, q5: float | None) -> None:
-    inputs = poses(q5)
+def test_the_hand_arrives(how: str, q5: float | None) -> None:
+    plan, inputs = plan_of(how), poses(q5)
     outputs = plan.simulate(inputs)
     valid = outputs["valid"]
     frames = hand(np.array([outputs[f"q{joint}"] for joint in range(1, 7)]))[valid]
@@ -73,7 +83,9 @@ def test_the_hand_arrives(plan: cordicc.Plan, q5: float | None) -> None:
     assert found["r12"][valid] == pytest.approx(frames[:, 0, 1] - turn[valid][:, 0, 1], abs=1e-14)
 
 
-def test_its_samples_go_to_where_errors_are_amplified(plan: cordicc.Plan) -> None:
+@pytest.mark.parametrize("how", quick(["kinematic", "fixed24", "little effort"], "little effort"))
+def test_its_samples_go_to_where_errors_are_amplified(how: str) -> None:
+    plan = plan_of(how)
     columns = plan.problem.samples
     assert columns is not None
     q5, q3 = (plan.simulate(columns)[name] for name in ("q5", "q3"))
@@ -88,5 +100,6 @@ def plan_checks(plan: cordicc.Plan):
     return {check.name: check for check in plan.problem.checks if check.asked}
 
 
+@pytest.mark.exhaustive(reason="the whole search takes half a minute; quick ones count units of smaller arms")
 def test_it_takes_few_units() -> None:
     assert compiled(EXAMPLES / "puma560.yaml").processors()["total"] <= 7

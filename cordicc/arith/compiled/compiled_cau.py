@@ -16,7 +16,7 @@ import numpy as np
 
 from cordicc.arith.compiled.compiled_systems import compiled_system
 from cordicc.arith.kernels.micro_rotations import limbs
-from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, phase_constants
+from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, QuarterTurns, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
 from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
@@ -49,13 +49,16 @@ def compiled_arithmetic(arithmetic: Arithmetic) -> Arithmetic:
 class CompiledCau(Cau):
     """A unit with the operations of `Cau`, compiled."""
 
-    def rotate(self, m: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+    def rotate(
+        self, m: int, x: Floats, y: Floats, z: Floats, *, quarters: QuarterTurns | None = None
+    ) -> tuple[Floats, Floats]:
         """Turn (x, y) by z, as `Cau.rotate` does."""
         from cordicc.arith.compiled import unit_loops as units
 
         constants = _steps(standard_table(self, m))
         if m == 1:
-            return self._run(units.rotate_circular, (x, y, z), constants, _reduction(self.angle_bits))
+            reduction = _reduction(self.angle_bits), _quarters(quarters)
+            return self._run(units.rotate_circular, (x, y, z), constants, *reduction)
         return self._run(units.rotate_linear if m == 0 else units.rotate_hyperbolic, (x, y, z), constants)
 
     def vector(
@@ -129,6 +132,15 @@ def _reduction(angle_bits: int) -> tuple[Any, ...]:
     shift = TAU_BITS + 3
     tau = pi_fixed(TAU_BITS + 1)
     return heads.view(np.int64), tails, (tau, shift, *_limbs(tau, shift, angle_bits))
+
+
+@cache
+def _quarters(quarters: QuarterTurns | None) -> tuple[Any, ...]:
+    """Return a table of quarter turns, or none, in the form of `unit_loops.Quarters`."""
+    if quarters is None:
+        return -1, np.empty(0, np.int64), np.empty(0, np.int64)
+    columns = (np.array(each, dtype=np.int64) for each in (quarters.thresholds, quarters.multiples))
+    return quarters.fraction_bits, *columns
 
 
 def _limbs(constant: int, shift: int, value_bits: int) -> tuple[int, int]:

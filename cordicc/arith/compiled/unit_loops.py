@@ -43,6 +43,9 @@ Widths = tuple[int, int, int]
 Reduction = tuple[Int64s, Int64s, Product]
 """Heads and tails of the phase by exponent; the product with 2 pi."""
 
+Quarters = tuple[int, Int64s, Int64s]
+"""Fraction bits, thresholds and multiples of a table of quarter turns; -1 bits where there is none."""
+
 _FIRST_EXPONENT, _LAST_EXPONENT = PHASE_EXPONENTS.start, PHASE_EXPONENTS.stop - 1
 _LN2 = ln2_fixed(LN2_BITS)
 _INVERSE_LN2 = inverse_ln2_fixed(30)
@@ -65,6 +68,40 @@ def sum_and_difference(
 
 
 @compiled
+def _reduce_by_product(
+    angle: Int64s, exponent: Int64s, quadrant: Int64s, angle_bits: int, reduction: Reduction
+) -> None:
+    """Put the remainder in the place of a block of angles, and its quadrants in theirs."""
+    heads, tails, tau = reduction
+    rest_shift = TURN_BITS - angle_bits - 3
+    for i in range(angle.size):
+        index = min(max(exponent[i], _FIRST_EXPONENT), _LAST_EXPONENT) - _FIRST_EXPONENT
+        angle[i] = angle[i] * heads[index] + ((angle[i] * tails[index]) >> TURN_TAIL_BITS)
+    for i in range(angle.size):
+        quadrant[i] = (angle[i] + (1 << 61)) >> 62
+        angle[i] = shifted(angle[i] - (quadrant[i] << 62), rest_shift)
+    multiply_round(angle, 0, tau)
+
+
+@compiled
+def _reduce_by_table(
+    angle: Int64s, exponent: Int64s, quadrant: Int64s, angle_bits: int, quarters: Quarters
+) -> None:
+    """Put the remainder in the place of a block of angles, and its quadrants in theirs."""
+    bits, thresholds, multiples = quarters
+    for i in range(angle.size):
+        angle[i] = shifted(angle[i], -bits - exponent[i])
+        quadrant[i] = 0
+    for threshold in thresholds:
+        for i in range(angle.size):
+            quadrant[i] += int(angle[i] >= threshold) - int(angle[i] <= -threshold)
+    for i in range(angle.size):
+        turns = quadrant[i]
+        rest = angle[i] + (multiples[-turns] if turns < 0 else -multiples[turns])
+        angle[i] = shifted(rest, bits - angle_bits)
+
+
+@compiled
 def rotate_circular(
     x: Floats,
     y: Floats,
@@ -74,24 +111,20 @@ def rotate_circular(
     widths: Widths,
     steps: Steps,
     reduction: Reduction,
+    quarters: Quarters,
 ) -> None:
     """Turn (x, y) by z."""
     width, fraction_bits, angle_bits = widths
-    heads, tails, tau = reduction
-    rest_shift = TURN_BITS - angle_bits - 3
     for begin in range(0, x.size, BLOCK):
         xs, ys, zs, firsts, seconds = cut(begin, x, y, z, first, second)
         a, b, c = three(xs.size)
         a_exponent, b_exponent, exponents = three(xs.size)
         quadrants = np.empty(xs.size, np.int64)
         unpack_block(zs.view(np.int64), c, exponents, width)
-        for i in range(c.size):
-            index = min(max(exponents[i], _FIRST_EXPONENT), _LAST_EXPONENT) - _FIRST_EXPONENT
-            c[i] = c[i] * heads[index] + ((c[i] * tails[index]) >> TURN_TAIL_BITS)
-        for i in range(c.size):
-            quadrants[i] = (c[i] + (1 << 61)) >> 62
-            c[i] = shifted(c[i] - (quadrants[i] << 62), rest_shift)
-        multiply_round(c, 0, tau)
+        if quarters[0] < 0:
+            _reduce_by_product(c, exponents, quadrants, angle_bits, reduction)
+        else:
+            _reduce_by_table(c, exponents, quadrants, angle_bits, quarters)
         unpack_block(xs.view(np.int64), a, a_exponent, width)
         unpack_block(ys.view(np.int64), b, b_exponent, width)
         for i in range(c.size):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
@@ -37,6 +39,13 @@ TURN_TAIL_BITS = 30
 PHASE_EXPONENTS = range(-192, 161)
 """Of operands whose phase is known: singles, and words with the most and the fewest fraction bits."""
 
+QUARTER_GUARD_BITS = 4
+"""Bits below an angle's last with which a table of quarter turns is compared and subtracted, at most."""
+
+_PI_GUARD_BITS = 64
+_LARGEST_MAGNITUDE = 4
+"""Binary places before the point of an angle that a table reduces: up to 16 rad."""
+
 
 class Reduced(NamedTuple):
     """A reduced argument: a multiple of the period (or of ln 2), and the rest as a fixed-point angle."""
@@ -45,8 +54,80 @@ class Reduced(NamedTuple):
     remainder: Int64s
 
 
+@dataclass(frozen=True, slots=True)
+class QuarterTurns:
+    """The quarter turns that an angle may have, with `fraction_bits` bits after the binary point.
+
+    `thresholds` are pi/4, 3 pi/4, ... as far as the angle may reach, `multiples` are 0, pi/2, pi, ..., one
+    more, each rounded to nearest.  Both sides of 0 are alike.
+    """
+
+    fraction_bits: int
+    thresholds: tuple[int, ...]
+    multiples: tuple[int, ...]
+
+
+@cache
+def quarter_turns(angle_bits: int, width_bits: int, fraction_bits: int) -> QuarterTurns | None:
+    """Return the table that reduces angles in radians of a fixed-point format, None where it would be large.
+
+    Args:
+        angle_bits: fraction bits of the angles in a unit.
+        width_bits: of the format's words, two's complement; the least code stands for no angle.
+        fraction_bits: of the format.  With M = 2^(`width_bits` - 1 - `fraction_bits`) every angle is below M;
+            there is a table up to M = 16, with at most ten thresholds, and none is needed below pi/4.
+    """
+    places = width_bits - 1 - fraction_bits
+    if places > _LARGEST_MAGNITUDE:
+        return None
+    bits = max(angle_bits, min(fraction_bits, angle_bits + QUARTER_GUARD_BITS))
+    count = 0
+    while (2 * count + 1) * (math.pi / 4) <= math.ldexp(1.0, places):
+        count += 1
+    return QuarterTurns(
+        bits,
+        tuple(_eighths_of_turn(2 * k - 1, bits) for k in range(1, count + 1)),
+        tuple(_eighths_of_turn(2 * k, bits) for k in range(count + 1)),
+    )
+
+
+def _eighths_of_turn(count: int, fraction_bits: int) -> int:
+    """Return count * pi/4, rounded to nearest."""
+    exact = count * pi_fixed(fraction_bits + _PI_GUARD_BITS)  # times 4
+    return (exact + (1 << (_PI_GUARD_BITS + 1))) >> (_PI_GUARD_BITS + 2)
+
+
+def reduce_by_table(angle: Scaled, quarters: QuarterTurns, angle_bits: int) -> Reduced:
+    """Return the quadrant 0..3 and the remainder of angles of the format that a table was made for.
+
+    Let A be the `angle_bits` and G >= A the table's bits.  The angle is rounded half up to z with G bits; k,
+    positive or negative, is how many thresholds z has reached; the remainder is z - k pi/2, rounded half up
+    to A bits.  Its error in units of 2^-A:
+
+    - G = A: the format has no more than A bits and z is exact, and so is the difference; what is left is the
+      rounding of k pi/2, at most 1/2.
+    - A < G < A + 4: G is the format's own and z exact; the multiple is off by at most 2^(A-G)/2 and the last
+      rounding by 1/2, in all at most 3/4.
+    - G = A + 4: z and the multiple are off by at most 1/32 each, in all 9/16.
+
+    Where no angle reaches pi/4 the multiple is 0 and exact.  Threshold and multiple are off by at most half
+    of 2^-G each, so the remainder is within pi/4 + 2^-G before its rounding, and after it, as an integer of
+    units, within the integer part of pi/4 and one more.  The micro-rotations converge up to 99 degrees.
+    """
+    bits = quarters.fraction_bits
+    rest = shifted(angle.mantissa, -bits - angle.exponent)
+    thresholds = np.array(quarters.thresholds, dtype=np.int64)
+    multiples = np.array(quarters.multiples, dtype=np.int64)
+    above = np.searchsorted(thresholds, rest, side="right")
+    below = np.searchsorted(thresholds, -rest, side="right")
+    rest += multiples[below] - multiples[above]
+    if bits > angle_bits:
+        rest = shifted_by(rest, bits - angle_bits)
+    return Reduced((above - below) & 3, rest)
+
+
 def reduce_circular(angle: Scaled, angle_bits: int) -> Reduced:
-    """Return the quadrant 0..3 and the remainder in [-pi/4, pi/4] of any angle.
+    """Return the quadrant 0..3 and the remainder in [-pi/4, pi/4] of any angle, by a product.
 
     The phase in turns is mantissa * 2^exponent/(2 pi) modulo 1, a product modulo 2^64 with a constant of
     94 fraction bits; its error is below 2^-62 turn.  The remainder errs by 0.9 of a unit of

@@ -42,8 +42,7 @@ class Sequence:
     @property
     def domain(self) -> float:
         """Largest angle in radians (ratio for m = 0) that the iterations reach, last angle included."""
-        angles = [exact_angle(self.m, s, self.root_free) for s in self.shifts]
-        return float(sum(angles) + angles[-1])
+        return _domain(self)
 
     @property
     def resolution(self) -> float:
@@ -56,13 +55,29 @@ class Sequence:
 
         A shortfall of a thousandth of the last angle passes: hyperbolic sequences have one of h^3/4.
         """
-        angles = [exact_angle(self.m, s, self.root_free) for s in self.shifts]
-        rest = angles[-1]
-        for angle in reversed(angles):
-            if angle - rest > angles[-1] / 1024:
-                return False
-            rest += angle
-        return True
+        return _converges(self)
+
+
+# Sizing a unit asks these of one sequence for thousands of widths.
+@cache
+def _domain(sequence: Sequence) -> float:
+    angles = _angles(sequence)
+    return float(sum(angles) + angles[-1])
+
+
+@cache
+def _converges(sequence: Sequence) -> bool:
+    angles = _angles(sequence)
+    rest = angles[-1]
+    for angle in reversed(angles):
+        if angle - rest > angles[-1] / 1024:
+            return False
+        rest += angle
+    return True
+
+
+def _angles(sequence: Sequence) -> list[Any]:
+    return [exact_angle(sequence.m, shift, sequence.root_free) for shift in sequence.shifts]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.arith.kernels.reduction import QuarterTurns, quarter_turns
+from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat, NumberSystem, Signal
@@ -81,7 +83,8 @@ class Arithmetic:
             if kind not in self.caus:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
-            results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values)
+            more = {"quarters": self.quarters(kind, operands[2].format)} if op == "rotate" else {}
+            results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values, **more)
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
                 for at, (v, f) in enumerate(zip(results, formats, strict=True))
@@ -91,9 +94,18 @@ class Arithmetic:
             return (None,)
         return (Signal(self.system.calculate(op, params, operands, result), result),)
 
+    def quarters(self, kind: str, angle: NumberFormat) -> QuarterTurns | None:
+        """Return the table by which a circular rotation on a kind of unit reduces angles of a format.
+
+        None where it reduces them by a product: words that float, and those that hold many quarter turns.
+        """
+        if not isinstance(angle, FixedPoint):
+            return None
+        return quarter_turns(self.caus[kind].angle_bits, angle.width_bits, angle.fraction_bits)
+
 
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
-    "rotate": lambda cau, params, *values: cau.rotate(_system(params), *values),
+    "rotate": lambda cau, params, *values, quarters: cau.rotate(_system(params), *values, quarters=quarters),
     "vector": lambda cau, params, *values: cau.vector(
         _system(params), _unit_sign(params), *values, slack=slack_of(params)
     ),

@@ -27,10 +27,12 @@ from cordicc.arith.kernels.blocks import (
     unpack,
 )
 from cordicc.arith.kernels.reduction import (
+    QuarterTurns,
     angle_sum,
     compensated,
     ln2_multiple,
     padded,
+    reduce_by_table,
     reduce_circular,
     reduce_hyperbolic,
     sum_and_difference,
@@ -60,14 +62,19 @@ class Cau:
     operand_bits: int = 24
     angle_bits: int = 32
 
-    def rotate(self, m: int, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+    def rotate(
+        self, m: int, x: Floats, y: Floats, z: Floats, *, quarters: QuarterTurns | None = None
+    ) -> tuple[Floats, Floats]:
         """Turn (x, y) by z: (x cos z - y sin z, y cos z + x sin z), m = 0: (x, y + x z), m = -1: cosh, sinh.
 
-        The argument is reduced exactly for every finite z in radians.
+        The argument is reduced for every finite z in radians: for m = 1 by the table of `quarters`, if it is
+        that of z's format (see `quarter_turns`) and the unit's angle bits, and without one by a product.
         """
         valid, (a, b, c) = _operands(x, y, z)
-        turn = {1: self._rotate_circular, 0: self._rotate_linear, -1: self._rotate_hyperbolic}[m]
-        first, second = turn(a, b, c)
+        if m == 1:
+            first, second = self._rotate_circular(a, b, c, quarters)
+        else:
+            first, second = (self._rotate_hyperbolic if m else self._rotate_linear)(a, b, c)
         return _delivered(first, valid), _delivered(second, valid)
 
     def vector(
@@ -117,8 +124,13 @@ class Cau:
     def _unpack(self, values: Floats) -> Scaled:
         return unpack(values, self.operand_bits)
 
-    def _rotate_circular(self, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats]:
-        quadrant, remainder = reduce_circular(self._unpack(z), self.angle_bits)
+    def _rotate_circular(
+        self, x: Floats, y: Floats, z: Floats, quarters: QuarterTurns | None
+    ) -> tuple[Floats, Floats]:
+        if quarters is None:
+            quadrant, remainder = reduce_circular(self._unpack(z), self.angle_bits)
+        else:
+            quadrant, remainder = reduce_by_table(self._unpack(z), quarters, self.angle_bits)
         (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
         odd = (quadrant & 1).astype(bool)
         a, b = np.where(odd, -b, a), np.where(odd, a, b)
@@ -283,6 +295,11 @@ def standard_table(unit: Cau, m: int) -> StepTable:
     return _table(m, unit, False)
 
 
+def implicit_steps(unit: Cau, m: int) -> StepTable:
+    """Return the constants of the unit's implicit iterations."""
+    return _table(m, unit, unit.rule == "root-free")
+
+
 @cache
 def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.ImplicitTable:
     """Return the kernel, the widths and the constants of the unit's implicit iterations."""
@@ -290,7 +307,7 @@ def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.Imp
     sequence = _sequence(m, unit, root_free)
     return implicit_unit.ImplicitTable(
         kernel=micro_rotations.implicit_root_free if root_free else micro_rotations.implicit,
-        steps=_table(m, unit, root_free),
+        steps=implicit_steps(unit, m),
         quarter_turns=not root_free,
         operand_bits=unit.operand_bits,
         fraction_bits=unit.fraction_bits,

@@ -35,7 +35,7 @@ from cordicc.arith.kernels.end_of_reach import EndOfReach, end_of_reach
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH, near_target
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 from cordicc.arith.kernels.shift_sequences import Sequence, root_free, standard
-from cordicc.arith.unit.cau import Cau, implicit_table
+from cordicc.arith.unit.cau import Cau, implicit_steps
 from cordicc.arith.unit.unit_bounds import PRODUCT_ROUNDING, LengthBound, composed, gain_error
 from cordicc.base.arrays import Floats
 
@@ -111,7 +111,7 @@ def _circular(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
         raise NoBoundError(_TOO_FEW.format(unit.fraction_bits, unit.iterations))
     near = kernel.target_rounding + kernel.vector_rounding + kernel.vector_rounding**2 / smallest
     places = near + 2
-    constant = gain_error(sequence, implicit_table(unit, sequence.m).steps)
+    constant = gain_error(sequence, implicit_steps(unit, sequence.m))
     return ImplicitUnitBound(
         composed(kernel.last_angle + kernel.angle_rounding, places),
         composed(kernel.last_angle, places),
@@ -131,7 +131,7 @@ def _hyperbolic(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
     places = (near + HYPERBOLIC_ALIGNMENT) * math.exp(angle) + HYPERBOLIC_ALIGNMENT
     flat = math.ldexp(1.0, -unit.fraction_bits) + 2.0**-48 + place * places
     along = place * (vector + HYPERBOLIC_ALIGNMENT + PRODUCT_ROUNDING) + gain_error(
-        sequence, implicit_table(unit, sequence.m).steps
+        sequence, implicit_steps(unit, sequence.m)
     )
     end = end_of_reach(sequence, unit.fraction_bits, unit.angle_bits)
     return ImplicitUnitBound(composed(flat + angle), composed(flat + kernel.angle), composed(along), end)

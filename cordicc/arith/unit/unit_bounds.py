@@ -46,13 +46,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.kernels.circular_bound import shift_error
-from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, exact_angle, exact_gain, standard
+from cordicc.arith.kernels.reduction import QUARTER_GUARD_BITS, QuarterTurns
+from cordicc.arith.kernels.shift_sequences import (
+    Sequence,
+    StepTable,
+    exact_angle,
+    exact_gain,
+    pi_fixed,
+    standard,
+    step_table,
+)
 from cordicc.arith.unit.cau import Cau, standard_table
 
 Length = TypeVar("Length", float, NDArray[np.float64])
@@ -107,15 +117,19 @@ class VectoringBound:
     angle: float
 
 
-def rotation_bound(unit: Cau, m: int) -> LengthBound:
+def rotation_bound(unit: Cau, m: int, quarters: QuarterTurns | None = None) -> LengthBound:
     """Bound the error of a rotation's results, which are not rounded to a format yet.
 
     The norm in `LengthBound.error` is sqrt(x^2 + y^2) for m = 1, and the error that of the vector; the
     larger result for m = -1; for m = 0 |x z|, if that is no less than |y|, else 2^-48 of y is to be added.
+    For m = 1 the angle is reduced by the table of `quarters`; without one the bound is that of the product,
+    which errs more than any table does and so holds for both.
     The derivation is the module's text.  Raises ValueError if a block does not hold an operand.
     """
     _check(unit)
-    return {1: _circular_rotation, 0: _linear_rotation, -1: _hyperbolic_rotation}[m](unit)
+    if m == 1:
+        return _circular_rotation(unit, quarters)
+    return (_hyperbolic_rotation if m else _linear_rotation)(unit)
 
 
 def vectoring_bound(unit: Cau, m: int) -> VectoringBound:
@@ -152,15 +166,18 @@ def lightcone_bound(unit: Cau) -> VectoringBound:
     )
     constant = gain_error(sequence, standard_table(unit, sequence.m))
     norm = math.cosh(turned.left) - 1 + (turned.along + PRODUCT_ROUNDING) * place + halved + constant
-    angle = turned.left + _table_error(unit, sequence) + halved + _LN2_ERROR + _place(unit) / 2
+    angle = turned.left + _table_error(sequence, unit.angle_bits) + halved + _LN2_ERROR + _place(unit) / 2
     return VectoringBound(composed(norm), _angle(angle))
 
 
-def _circular_rotation(unit: Cau) -> LengthBound:
+def _circular_rotation(unit: Cau, quarters: QuarterTurns | None) -> LengthBound:
     sequence = standard(1, unit.iterations)
     table = standard_table(unit, 1)
-    # Of the reduction: the phase, its three bits below the angle's last place, 2 pi, the product.
-    reduction = math.tau * 2.0**-62 + (math.tau / 16 + 0.5) * _place(unit) + 2.0**-41
+    if quarters is None:
+        # The phase, its three bits below the angle's last place, 2 pi, the product.
+        reduction = math.tau * 2.0**-62 + (math.tau / 16 + 0.5) * _place(unit) + 2.0**-41
+    else:
+        reduction = _table_reduction_error(unit, quarters)
     left = _angles_left(table, unit, math.pi / 4)[-1]
     gain, places = 1.0, 0.5
     for shift in sequence.shifts:
@@ -168,13 +185,24 @@ def _circular_rotation(unit: Cau) -> LengthBound:
         gain *= _stretch(1, shift)
         places += math.sqrt(2) * error / gain
     constant = gain_error(sequence, standard_table(unit, sequence.m))
-    relative = left + _table_error(unit, sequence) + reduction + constant
+    relative = left + _table_error(sequence, unit.angle_bits) + reduction + constant
     return composed(relative, places + math.sqrt(2) * PRODUCT_ROUNDING)
+
+
+def _table_reduction_error(unit: Cau, quarters: QuarterTurns) -> float:
+    """Return the error of `reduce_by_table` in radians: the multiples', and each rounding that there is."""
+    below = quarters.fraction_bits - unit.angle_bits
+    # 64 bits more than a multiple has; of its place pi is off by nothing that counts.
+    pi, scale = pi_fixed(quarters.fraction_bits + 63), 1 << 64
+    table = max(abs(count * pi - turn * scale) for count, turn in enumerate(quarters.multiples)) / scale
+    rounded = 0.5 if below == QUARTER_GUARD_BITS else 0.0
+    last = 0.5 if below else 0.0
+    return (math.ldexp(table + rounded, -below) + last) * _place(unit)
 
 
 def _linear_rotation(unit: Cau) -> LengthBound:
     table = standard_table(unit, 0)
-    left = _angles_left(table, unit, 1.0)[-1] + _table_error(unit, standard(0, unit.iterations))
+    left = _angles_left(table, unit, 1.0)[-1] + _table_error(standard(0, unit.iterations), unit.angle_bits)
     places = sum(0.5 for shift in table.shifts if shift > _zero_bits(unit))
     # x is at least 2^F places, and the factor at least 1/2, so the product at least half of x.
     relative = 2 * (left + places * math.ldexp(1.0, -unit.fraction_bits)) + _SUM_ERROR
@@ -194,7 +222,7 @@ def _hyperbolic_rotation(unit: Cau) -> LengthBound:
     constant = gain_error(sequence, standard_table(unit, sequence.m))
     # The product, and the sum u + v, which is rounded to no more than the product was.
     places += 2 * PRODUCT_ROUNDING * math.exp(_REDUCED)
-    angle = left[-1] + _table_error(unit, sequence) + _LN2_ERROR + _place(unit)
+    angle = left[-1] + _table_error(sequence, unit.angle_bits) + _LN2_ERROR + _place(unit)
     return composed(places * place + angle + constant + _SUM_ERROR)
 
 
@@ -203,7 +231,9 @@ def _circular_vectoring(unit: Cau) -> VectoringBound:
     low = math.ldexp(1.0, unit.fraction_bits - 1)
     turned = _turned_errors(sequence, math.pi / 2, low, math.ldexp(math.sqrt(2), unit.fraction_bits))
     aligned = 0.5 / low
-    angle = turned.left + _table_error(unit, sequence) + aligned + _place(unit)  # pi and z: half a place each
+    angle = (
+        turned.left + _table_error(sequence, unit.angle_bits) + aligned + _place(unit)
+    )  # pi and z: half a place each
     constant = gain_error(sequence, standard_table(unit, sequence.m))
     # The rounded coordinate is below 2^p, a share of 2^(p+1-F) of the norm.
     places = turned.along + PRODUCT_ROUNDING + math.ldexp(1.0, unit.operand_bits - unit.fraction_bits)
@@ -216,7 +246,7 @@ def _quotient(unit: Cau) -> float:
     low = math.ldexp(1.0, unit.fraction_bits)
     turned = _turned_errors(sequence, 2.0, low, 2 * low, _zero_bits(unit))
     # The mantissas' quotient is at least 1/2.
-    return composed(2 * (turned.left + _table_error(unit, sequence)) + _SUM_ERROR).relative
+    return composed(2 * (turned.left + _table_error(sequence, unit.angle_bits)) + _SUM_ERROR).relative
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,10 +305,11 @@ def _angles_left(table: StepTable, unit: Cau, start: float) -> list[float]:
     return [value * _place(unit) for value in left]
 
 
-def _table_error(unit: Cau, sequence: Sequence) -> float:
+@cache
+def _table_error(sequence: Sequence, angle_bits: int) -> float:
     """Return the sum of the roundings of the angle table in radians."""
-    table = standard_table(unit, sequence.m)
-    scale = 1 << unit.angle_bits
+    table = step_table(sequence, angle_bits)
+    scale = 1 << angle_bits
     exact = (exact_angle(sequence.m, shift, False) * scale for shift in sequence.shifts)
     return sum(float(abs(a - b)) for a, b in zip(exact, table.angles, strict=True)) / scale
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS
-from cordicc.arith.kernels.reduction import LN2_BITS
+from cordicc.arith.kernels.reduction import LN2_BITS, QuarterTurns
 from cordicc.arith.kernels.shift_sequences import ln2_fixed
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
@@ -55,6 +55,8 @@ class _ModelTexts:
     formats: dict[str, NumberFormat] = field(init=False)
     terms: dict[str, COperand] = field(init=False)
     unit_needs: dict[str, None] = field(default_factory=dict)
+    quarters: dict[QuarterTurns, str] = field(default_factory=dict)
+    """The names of the tables by which angles are reduced, which formats and units share."""
 
     def __post_init__(self) -> None:
         plan = self.plan
@@ -84,6 +86,8 @@ class _ModelTexts:
             "root_scale": ROOT_SCALE,
             "root_scale_bits": ROOT_SCALE.bit_length() - 1,
             "phase": phase,
+            "quarters": list(self.quarters),
+            "most_quarters": max((len(table.thresholds) for table in self.quarters), default=0) or 1,
             **self.words.context(),
         }
         library.add("c_model_support.c.j2", "", shared)
@@ -189,10 +193,17 @@ class _ModelTexts:
         self, operation: Operation, terms: list[COperand], valid: str, used: set[str]
     ) -> Iterator[str]:
         section, more = units.function(operation.op, operation.params)
+        if section == "rotate_circular":
+            quarters = self.arithmetic.quarters(operation.kind, terms[2].format)
+            if quarters is None:
+                self.words.phases.append(self.words.exponents(terms[2].format))
+            else:
+                section += "_by_table"
+                turns = self.quarters.setdefault(quarters, f"quarters_{len(self.quarters) + 1}")
+                self.unit_needs["quarter_tables"] = None
+                more = [*more, f"&{turns}"]
         function = f"{operation.kind}_{section}"
         self.unit_needs |= {function: None, "nothing": None}
-        if section == "rotate_circular":
-            self.words.phases.append(self.words.exponents(terms[2].format))
         number = self.plan.operations.index(operation)
         cau = self.arithmetic.caus[operation.kind]
         table = units.slack_table(operation.op, operation.params, operation.slack, cau, f"slack_{number}")

@@ -7,10 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.arith.kernels.micro_rotations import NEVER, limbs
-from cordicc.arith.kernels.reduction import PHASE_EXPONENTS, SCALE_BITS, TAU_BITS, phase_constants
+from cordicc.arith.kernels.reduction import (
+    PHASE_EXPONENTS,
+    SCALE_BITS,
+    TAU_BITS,
+    phase_constants,
+)
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
 from cordicc.arith.numbers.slack import Slack
-from cordicc.arith.unit.cau import Cau, implicit_table, standard_table
+from cordicc.arith.unit.cau import Cau, implicit_steps, implicit_table, standard_table
 from cordicc.backends.c.c_sections import int64
 from cordicc.targets.target import SYSTEMS
 
@@ -89,7 +94,7 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
     tables = {name: standard_table(cau, m) for m, name in SYSTEMS.items()}
     if cau.rule is not None:
         for m in (1, -1):
-            tables[f"implicit_{SYSTEMS[m]}"] = implicit_table(cau, m).steps
+            tables[f"implicit_{SYSTEMS[m]}"] = implicit_steps(cau, m)
     quarter = pi_fixed(TAU_BITS + 1)
     return {
         "u": prefix,

@@ -8,6 +8,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from html import escape
 from typing import Any
 
@@ -29,17 +30,20 @@ def text_width(text: str, size: float, *, bold: bool = False) -> float:
     """Estimate the width of `text` in pixels, on the wide side for any common sans-serif."""
     total = 0.0
     for char in text:
-        if unicodedata.east_asian_width(char) in "WF" or ord(char) > 0xFFFF:
-            total += 1.1
-        elif char in _NARROW:
-            total += 0.37
-        elif char in _WIDE:
-            total += 1.0
-        elif char.isupper() or ord(char) > 0x17F:
-            total += 0.77
-        else:
-            total += 0.63
+        total += _width(char)
     return total * size * (1.08 if bold else 1.0)
+
+
+@cache
+def _width(char: str) -> float:
+    """Estimate the width of a character as a share of the size of the font."""
+    if unicodedata.east_asian_width(char) in "WF" or ord(char) > 0xFFFF:
+        return 1.1
+    if char in _NARROW:
+        return 0.37
+    if char in _WIDE:
+        return 1.0
+    return 0.77 if char.isupper() or ord(char) > 0x17F else 0.63
 
 
 def fitted(text: str, size: float, limit: float, *, bold: bool = False) -> str:

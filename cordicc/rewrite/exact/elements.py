@@ -108,7 +108,7 @@ class ElementFinder:
     def _sign_element(self, value: Value) -> Element:
         """Return 1 or -1 where the sign is known, else a generator with square 1."""
         interval = self._known.range(value)
-        if never_negative(interval):
+        if never_negative(self._known, value):
             return self._field.number(Fraction(1))
         if interval is not None and interval.hi < 0:
             return self._field.number(Fraction(-1))

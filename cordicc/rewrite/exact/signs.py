@@ -9,21 +9,35 @@ within its range.
 from __future__ import annotations
 
 from cordicc.ir.graph import Value
-from cordicc.ir.meaning.intervals import Interval
 from cordicc.rewrite.exact.field import LOOKUP_TERMS, Element, Field, Poly, monic
 from cordicc.rewrite.exact.keys import Key
 from cordicc.rewrite.exact.known_values import EnclosedValues
 
 _ROUNDED = 2.0**-50
-"""What an enclosure of a value that is nowhere negative may reach below 0 by its own rounding."""
+"""What the cosine of an angle of 90 deg may be below 0, as no double is 90 deg."""
+
+_DEPTH = 8
+"""Operations through which products of cosines are followed."""
 
 
-def never_negative(interval: Interval | None) -> bool:
-    """Tell whether a range is that of a value that is nowhere negative, but for the rounding of its ends.
-
-    The cosine of angles up to 90 deg has such a range, as no double is 90 deg.
-    """
-    return interval is not None and interval.lo >= -_ROUNDED * interval.hi
+def never_negative(known: EnclosedValues, value: Value, depth: int = _DEPTH) -> bool:
+    """Tell whether a value is nowhere negative; the cosine of 90 deg counts as 0."""
+    interval = known.range(value)
+    if interval is None or depth == 0:
+        return False
+    if interval.lo >= 0:
+        return True
+    node = known.node(value)
+    match node.op:
+        case "cos" | "sin":
+            return interval.lo >= -_ROUNDED
+        case "rotate" if node.m == 1 and all(known.node(v).op == "const" for v in node.operands[:2]):
+            return interval.lo >= -_ROUNDED * interval.hi
+        case "cmul" if node.factor < 0:
+            return False
+        case "mul" | "add" | "cmul" | "shift":
+            return all(never_negative(known, v, depth - 1) for v in node.operands)
+    return False
 
 
 class _Table:
@@ -132,7 +146,7 @@ def stays_nonnegative(known: EnclosedValues, value: Value, depth: int) -> bool:
         case "const":
             return node.number >= 0
         case "input":
-            return never_negative(known.range(value))
+            return never_negative(known, value)
         case "cmul" if node.factor < 0:
             return False
         case "add" | "mul" | "cmul" | "shift":

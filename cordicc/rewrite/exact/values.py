@@ -351,7 +351,7 @@ class Store:
         if element is None or len(element.num) > LOOKUP_TERMS:
             return
         inside = self.range(node.operands[0]) if node.op == "abs" else None
-        if inside is not None and never_negative(inside) and inside.lo < 0:
+        if inside is not None and inside.lo < 0 and never_negative(self, node.operands[0]):
             return  # equal but for rounding, against which the absolute value is taken
         self.union(value, self._by_key.setdefault(element.key, value))
         self._signs.know(element, self.sign(value), self._unconditional_sign(value))

@@ -144,7 +144,7 @@ class SmallLengths:
         return site.builder.apply("vector", (positive, negative, site.builder.const(0)), (-1, 1))[0]
 
     def _never_negative(self, value: Value) -> bool:
-        return never_negative(self.known.range(value))
+        return never_negative(self.known, value)
 
     def _chain(self, site: Site, terms: Mapping[tuple[Value, ...], Fraction]) -> Value:
         """Return the root of a sum of products of squares and weights; known vectors come first."""
@@ -184,7 +184,8 @@ class SmallLengths:
     def _size(self, site: Site, value: Value) -> Value:
         """Return a value that is never negative, whatever its rounding."""
         interval = self.known.range(value)
-        if (interval is not None and interval.lo > 0) or stays_nonnegative(self.known, value, _DEPTH):
+        positive = interval is not None and interval.lo > _SMALL * interval.hi
+        if positive or stays_nonnegative(self.known, value, _DEPTH):
             return site.new(value)
         return site.builder.apply("abs", (site.new(value),))[0]
 

@@ -10,8 +10,7 @@ import pytest
 from cordicc import artefacts
 from cordicc.plan.model import Plan
 from tests.support.browser.chromium import Page, browser, why_not
-from tests.support.browser.drawn_plans import plan_of
-from tests.support.plans import compiled
+from tests.support.plans import compiled, planned
 
 
 @pytest.fixture(scope="session")
@@ -35,9 +34,9 @@ def wheel_report(wheel: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def puma() -> Plan:
-    """A large plan, without its accuracy."""
-    return plan_of("examples/puma560")
+def puma(examples_dir: Path) -> Plan:
+    """A large plan, without its accuracy, and larger still as it is found with little effort."""
+    return planned(examples_dir / "puma560.yaml", effort=0.01)
 
 
 @pytest.fixture(scope="session")

@@ -9,15 +9,20 @@ import pytest
 from cordicc import artefacts
 from tests.support.browser.chromium import Page, script
 from tests.support.browser.drawn_plans import PLANS, plan_of
+from tests.support.selection import quick
 
 FONTS = ("", "'DejaVu Sans', sans-serif")
 """As it is, and the widest of the common fonts."""
+
+QUICK = [name for name in PLANS if name.startswith("hard/")]
+QUICK += ["random, 40 units", "examples/wheel_suspension", "examples/planar_2r"]
+"""Plans made by hand, larger than those of most examples, and two that other tests compile too."""
 
 FINDINGS = script("findings")
 
 
 @pytest.mark.parametrize("view", artefacts.VIEWS)
-@pytest.mark.parametrize("name", PLANS)
+@pytest.mark.parametrize("name", quick(PLANS, *QUICK))
 def test_labels(page: Page, tmp_path: Path, name: str, view: str) -> None:
     file = tmp_path / "picture.html"
     # In a page: a picture of its own is given the size of the window.
