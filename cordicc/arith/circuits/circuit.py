@@ -40,8 +40,35 @@ CELLS = {
 """Kinds of cells, and what they make of operands a, b, c and parameters k."""
 
 
+SIGNAL_NAMES = {
+    "add": "sum",
+    "addc": "sum",
+    "sub": "diff",
+    "addsub": "turned",
+    "negif": "flipped",
+    "mul": "product",
+    "shl": "wide",
+    "shr": "high",
+    "round": "rounded",
+    "shlv": "raised",
+    "shrv": "lowered",
+    "low": "part",
+    "lt": "less",
+    "eq": "equal",
+    "and": "both",
+    "or": "either",
+    "xor": "apart",
+    "not": "other",
+    "mux": "chosen",
+    "pick": "entry",
+    "narrow": "fit",
+    "cut": "cut",
+}
+"""What signals are called that nobody names, by the kind of their cell; no words of Verilog."""
+
+
 @dataclass(frozen=True, slots=True)
-class Cell:
+class Gate:
     """A cell and its result.
 
     Attributes:
@@ -96,7 +123,7 @@ class Circuit:
     """
 
     name: str
-    cells: tuple[Cell, ...]
+    cells: tuple[Gate, ...]
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     notes: Mapping[int, str]

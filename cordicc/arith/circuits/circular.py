@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.shifting import shifted
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, State, Use, Wanted, Word
+from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction, block
 from cordicc.arith.kernels.reduction import SCALE_BITS, QuarterTurns, quarter_turns
 from cordicc.arith.kernels.shift_sequences import pi_fixed
@@ -16,8 +16,8 @@ Words = tuple[Word, ...]
 
 
 def rotation(
-    b: Builder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[State, Callable[[State, Wanted], Raws]]:
+    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
+) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     begin = b.now
@@ -28,9 +28,9 @@ def rotation(
     b.now = max(b.now, end)
     p, q = joined.mantissas
     odd, half = b.bit(quadrant, 0), b.bit(quadrant, 1)
-    start = State(b.negif(b.mux(odd, p, q), odd ^ half), b.negif(b.mux(odd, q, p), half), angle)
+    start = Turned(b.negif(b.mux(odd, p, q), odd ^ half), b.negif(b.mux(odd, q, p), half), angle)
 
-    def finish(last: State, wanted: Wanted) -> Raws:
+    def finish(last: Turned, wanted: Wanted) -> Raws:
         exponent = joined.exponent - (unit.fraction_bits + SCALE_BITS)
         begin, end = b.now, b.now
         found: list[Raw | None] = []
@@ -45,8 +45,8 @@ def rotation(
 
 
 def vectoring(
-    b: Builder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[State, Callable[[State, Wanted], Raws]]:
+    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
+) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what turning (x, y) to the x axis begins with, and what makes norm and angle of its end."""
     x, y, z = words
     half_turn = pi_fixed(unit.angle_bits)
@@ -57,9 +57,9 @@ def vectoring(
     ahead, across = (b.negif(each, left) for each in joined.mantissas)
     alone = all(use.function == "vector_circular" for use in modes.uses)
     ahead = b.narrowed(ahead, 0, ahead.hi, loose=not alone)
-    start = State(ahead, across, b.mux(left, 0, b.mux(down, half_turn, -half_turn)))
+    start = Turned(ahead, across, b.mux(left, 0, b.mux(down, half_turn, -half_turn)))
 
-    def finish(last: State, wanted: Wanted) -> Raws:
+    def finish(last: Turned, wanted: Wanted) -> Raws:
         begin, end = b.now, b.now
         norm = angle = None
         if wanted[0]:
@@ -80,13 +80,13 @@ def vectoring(
     return start, finish
 
 
-def _reduced(b: Builder, modes: Modes, z: Word, unit: Cau) -> tuple[Signal, Signal]:
-    """Return the quadrant of an angle, 0 to 3, and the rest with the angle bits of the unit, in two cycles."""
+def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[CircuitSignal, CircuitSignal]:
+    """Return the quadrant of an angle, 0 to 3, and the rest with the unit's angle bits, in two cycles."""
     tables = [_quarters(use, unit) for use in modes.uses]
     finest = max(table.fraction_bits for table in tables)
     most = max(len(table.thresholds) for table in tables)
 
-    def entry(number: int, what: str) -> Signal:
+    def entry(number: int, what: str) -> CircuitSignal:
         # Thresholds that a use lacks are beyond its words.
         def value(use: Use) -> int:
             table = _quarters(use, unit)
@@ -98,14 +98,14 @@ def _reduced(b: Builder, modes: Modes, z: Word, unit: Cau) -> tuple[Signal, Sign
 
     own = modes.pick(lambda use: _quarters(use, unit).fraction_bits)
     fine = b.shlv(shifted(b, z.bits, z.fraction - own, z.bits.width + 1), finest - own)
-    count: Signal = b.of(0)
+    count: CircuitSignal = b.of(0)
     for number in range(most):
         threshold = entry(number, "thresholds")
         count = count + (fine >= threshold) - (fine <= -threshold)
     count = b.named("quarters", b.narrowed(count, -most, most))
     quadrant = b.low(count, 2)
     b.step()
-    whole: Signal = b.of(0)
+    whole: CircuitSignal = b.of(0)
     size = b.size(count)
     for number in range(1, most + 1):
         whole = b.mux(size.equals(number), whole, entry(number, "multiples"))

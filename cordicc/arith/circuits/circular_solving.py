@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Signal
-from cordicc.arith.circuits.near_end import Near
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.near_end import NearColumns
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
 from cordicc.arith.kernels.shift_sequences import pi_fixed
@@ -19,29 +19,29 @@ class Start(NamedTuple):
     `may_end` tells whether they apply.
     """
 
-    x: Signal
-    y: Signal
-    target: Signal
-    z: Signal
-    height: Signal
-    width: Signal
-    may_end: Signal
+    x: CircuitSignal
+    y: CircuitSignal
+    target: CircuitSignal
+    z: CircuitSignal
+    height: CircuitSignal
+    width: CircuitSignal
+    may_end: CircuitSignal
 
 
 class Solved(NamedTuple):
     """The angle with the unit's angle bits, the second result with places of 2^place, before the gain."""
 
-    angle: Signal
-    rest: Signal
-    place: Signal
-    possible: Signal
+    angle: CircuitSignal
+    rest: CircuitSignal
+    place: CircuitSignal
+    possible: CircuitSignal
 
 
 Begun = tuple[Start, Callable[[Start], Solved]]
 
 
-def circular(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
-    """Return what the iterations begin with, and what makes results of their end; `unit.implicit` says why."""
+def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
+    """Return what the iterations begin with, and what makes results of their end, as in `unit.implicit`."""
     A, B = words[0].bits, words[1].bits
     plus = modes.which(lambda use: use.branch == "+")
     tables = {n: implicit_table(unit, 1, use.slack) for n, use in enumerate(modes.uses) if use.m == 1}
@@ -54,7 +54,7 @@ def circular(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Be
     one_sign = no_a & (B > 0)
     negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
     b.step()
-    near = Near.of(modes, {n: table.reach for n, table in tables.items()}, place)
+    near = NearColumns.of(modes, {n: table.reach for n, table in tables.items()}, place)
     x, y, target = joined.mantissas
     # The start is turned to x >= 0; branch "+" is the mirror image.
     x = b.narrowed(b.negif(x, negated ^ plus), 0, x.hi)

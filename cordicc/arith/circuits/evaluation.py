@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from cordicc.arith.circuits.circuit import Cell, Circuit
+from cordicc.arith.circuits.circuit import Circuit, Gate
 from cordicc.base.arrays import Integers
 
 _FITS = 62
@@ -35,13 +35,13 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> list[Integers
             operands = [made[each] for each in cell.operands]
             value = _CELLS[cell.kind](cell, *_prepared(cell, circuit, operands))
         if cell.kind != "cut" and np.any((value < cell.lo) | (value > cell.hi)):
-            raise OverflowError(f"{circuit.name}.{cell.name} is not within {cell.lo} to {cell.hi}: {np.min(value)} to {np.max(value)}")
+            raise OverflowError(f"{circuit.name}.{cell.name} is not within {cell.lo} to {cell.hi}")
         wide = max(abs(cell.lo), abs(cell.hi)).bit_length() > _FITS
         made.append(value if wide or value.dtype != object else value.astype(np.int64))
     return made
 
 
-def _prepared(cell: Cell, circuit: Circuit, operands: list[Integers]) -> list[Integers]:
+def _prepared(cell: Gate, circuit: Circuit, operands: list[Integers]) -> list[Integers]:
     """Return operands as Python's integers if the result may not fit, even on the way to it."""
     bits = cell.width + 2
     if cell.kind in ("shlv", "shrv", "round", "addsub"):
@@ -51,13 +51,13 @@ def _prepared(cell: Cell, circuit: Circuit, operands: list[Integers]) -> list[In
     return [each.astype(object) for each in operands]
 
 
-def _pick(cell: Cell, index: Integers) -> Integers:
+def _pick(cell: Gate, index: Integers) -> Integers:
     wide = max(map(abs, cell.params)).bit_length() > _FITS
     table = np.array(cell.params, dtype=object if wide else np.int64)
     return np.asarray(table[index.astype(np.int64)])
 
 
-def _cut(cell: Cell, a: Integers) -> Integers:
+def _cut(cell: Gate, a: Integers) -> Integers:
     low = a & ((1 << cell.width) - 1)
     return np.asarray(np.where(low >> (cell.width - 1), low - (1 << cell.width), low) if cell.signed else low)
 
@@ -87,7 +87,7 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "or": lambda cell, a, b: a | b,
     "xor": lambda cell, a, b: a ^ b,
     "not": lambda cell, a: 1 - a,
-    "mux": lambda cell, c, a, b: np.where(c != 0, b, a),
+    "mux": lambda cell, c, a, b: np.asarray(np.where(c != 0, b, a)),
     "pick": _pick,
     "narrow": lambda cell, a: a,
     "cut": _cut,

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Signal
-from cordicc.arith.circuits.scaled import Scaled, added, normalised
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, State, Use, Wanted, Word
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.scaled import Floating, added, normalised
+from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction
 from cordicc.arith.kernels.blocks import WIDE_BITS
 from cordicc.arith.kernels.reduction import LN2_BITS, SCALE_BITS
@@ -22,8 +22,8 @@ _SATURATED = 512
 
 
 def rotation(
-    b: Builder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[State, Callable[[State, Wanted], Raws]]:
+    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
+) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     begin = b.now
@@ -41,21 +41,21 @@ def rotation(
     end, b.now = b.now, begin
     u, v = sum_and_difference(b, modes, unit, x, y)
     b.now = max(end, b.now)
-    start = State(
+    start = Turned(
         b.rounded(u.mantissa + v.mantissa, 1), b.rounded(u.mantissa - v.mantissa, 1), b.named("angle", rest)
     )
     no_u, no_v = u.mantissa.equals(0), v.mantissa.equals(0)
 
-    def finish(last: State, wanted: Wanted) -> Raws:
+    def finish(last: Turned, wanted: Wanted) -> Raws:
         begin = b.now
-        grown = Scaled(scale(-1, b.mux(no_u, last.x + last.y, 0)), u.exponent + doublings - SCALE_BITS)
+        grown = Floating(scale(-1, b.mux(no_u, last.x + last.y, 0)), u.exponent + doublings - SCALE_BITS)
         b.now = begin
-        shrunk = Scaled(scale(-1, b.mux(no_v, last.x - last.y, 0)), v.exponent - doublings - SCALE_BITS)
+        shrunk = Floating(scale(-1, b.mux(no_v, last.x - last.y, 0)), v.exponent - doublings - SCALE_BITS)
         b.step()
         # Half of the sum and of the difference.
         results = []
         for mantissa, taken in zip((shrunk.mantissa, -shrunk.mantissa), wanted, strict=True):
-            total = added(b, grown, Scaled(mantissa, shrunk.exponent)) if taken else None
+            total = added(b, grown, Floating(mantissa, shrunk.exponent)) if taken else None
             results.append(None if total is None else Raw(total.mantissa, total.exponent - 1, b.of(1)))
         b.step()
         return results[0], results[1]
@@ -64,8 +64,8 @@ def rotation(
 
 
 def vectoring(
-    b: Builder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[State, Callable[[State, Wanted], Raws]]:
+    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
+) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what sqrt(x^2 - y^2) and z + artanh(y/x) begin with, and what makes them of its end."""
     x, y, z = words
     finest = b.named("finest", _larger(b, x.fraction, y.fraction))
@@ -81,8 +81,8 @@ def vectoring(
     place = b.mux(modes.which(lambda use: use.slack.relative), 0, _larger(b, *ends))
     measured = _Measured.of(b, modes, unit, u, v, place)
 
-    def finish(last: State, wanted: Wanted) -> Raws:
-        def total(angle: Signal) -> Signal:
+    def finish(last: Turned, wanted: Wanted) -> Raws:
+        def total(angle: CircuitSignal) -> CircuitSignal:
             minus = modes.which(lambda use: use.sign < 0)
             return b.addsub(at_fraction(b, z, unit.angle_bits), angle, minus)
 
@@ -92,8 +92,8 @@ def vectoring(
 
 
 def lightcone(
-    b: Builder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[State, Callable[[State, Wanted], Raws]]:
+    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
+) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what sqrt(u v) and ln(u/v)/2 begin with, and what makes them of its end."""
     u, v = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words[:2])
     b.step()
@@ -101,7 +101,7 @@ def lightcone(
     defined = ~(b.negative(p) ^ b.negative(q)) & ~p.equals(0) & ~q.equals(0)
     measured = _Measured.of(b, modes, unit, u, v, b.of(0))
 
-    def finish(last: State, wanted: Wanted) -> Raws:
+    def finish(last: Turned, wanted: Wanted) -> Raws:
         return measured.results(last, wanted, scale, lambda angle: angle, defined)
 
     return measured.start, finish
@@ -110,16 +110,18 @@ def lightcone(
 class _Measured(NamedTuple):
     """A measurement on the light cone."""
 
-    b: Builder
+    b: CircuitBuilder
     unit: Cau
-    start: State
-    zero: Signal
-    apart: Signal
-    half: Signal
-    doublings: Signal
+    start: Turned
+    zero: CircuitSignal
+    apart: CircuitSignal
+    half: CircuitSignal
+    doublings: CircuitSignal
 
     @classmethod
-    def of(cls, b: Builder, modes: Modes, unit: Cau, u: Scaled, v: Scaled, place: Signal) -> _Measured:
+    def of(
+        cls, b: CircuitBuilder, modes: Modes, unit: Cau, u: Floating, v: Floating, place: CircuitSignal
+    ) -> _Measured:
         """Bring u and v to one size by powers of two, as `Cau` does."""
         bits = unit.fraction_bits
         sizes = [normalised(b, b.size(each.mantissa), each.exponent, bits) for each in (u, v)]
@@ -128,21 +130,28 @@ class _Measured(NamedTuple):
         odd = b.low(sizes[0].exponent + sizes[1].exponent, 1)
         smaller = sizes[0].mantissa < sizes[1].mantissa
         lifts = (odd & smaller, odd & ~smaller)
-        p, q = (b.mux(lift, each.mantissa, each.mantissa << 1) for lift, each in zip(lifts, sizes, strict=True))
+        p, q = (
+            b.mux(lift, each.mantissa, each.mantissa << 1) for lift, each in zip(lifts, sizes, strict=True)
+        )
         ends = [each.exponent - lift for lift, each in zip(lifts, sizes, strict=True)]
         zero = no_u | no_v
         apart = ~zero & (b.negative(u.mantissa) ^ b.negative(v.mantissa))
-        near: Signal = b.of(0)
+        near: CircuitSignal = b.of(0)
         for size in sizes:
-            near = near | _within_slack(b, modes, unit, Scaled(size.mantissa, size.exponent - place))
+            near = near | _within_slack(b, modes, unit, Floating(size.mantissa, size.exponent - place))
         near = near & apart
         zero, apart = zero | near, apart & ~near
-        start = State(b.rounded(p + q, 1), b.rounded(p - q, 1), b.of(0))
+        start = Turned(b.rounded(p + q, 1), b.rounded(p - q, 1), b.of(0))
         half, doublings = (ends[0] + ends[1]) >> 1, (ends[0] - ends[1]) >> 1
         return cls(b, unit, start, zero, apart, half, b.mux(zero, doublings, 0))
 
     def results(
-        self, last: State, wanted: Wanted, scale: Scale, total: Callable[[Signal], Signal], defined: Signal
+        self,
+        last: Turned,
+        wanted: Wanted,
+        scale: Scale,
+        total: Callable[[CircuitSignal], CircuitSignal],
+        defined: CircuitSignal,
     ) -> Raws:
         """Return root and angle."""
         b = self.b
@@ -161,9 +170,9 @@ class _Measured(NamedTuple):
         return root, angle
 
 
-def _within_slack(b: Builder, modes: Modes, unit: Cau, size: Scaled) -> Signal:
+def _within_slack(b: CircuitBuilder, modes: Modes, unit: Cau, size: Floating) -> CircuitSignal:
     """Return whether a size, in places of what the slack is relative to, counts as nothing."""
-    found: Signal = b.of(0)
+    found: CircuitSignal = b.of(0)
     for number, use in enumerate(modes.uses):
         if use.m != -1 or not use.slack.beyond:
             continue
@@ -174,16 +183,20 @@ def _within_slack(b: Builder, modes: Modes, unit: Cau, size: Scaled) -> Signal:
     return found
 
 
-def ln2_multiple(b: Builder, count: Signal, unit: Cau) -> Signal:
+def ln2_multiple(b: CircuitBuilder, count: CircuitSignal, unit: Cau) -> CircuitSignal:
     """Return count * ln 2 with the angle bits of the unit."""
     return b.rounded(count * ln2_fixed(LN2_BITS), LN2_BITS - unit.angle_bits)
 
 
-def _larger(b: Builder, first: Signal, second: Signal) -> Signal:
-    return b.narrowed(b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi))
+def _larger(b: CircuitBuilder, first: CircuitSignal, second: CircuitSignal) -> CircuitSignal:
+    return b.narrowed(
+        b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi)
+    )
 
 
-def sum_and_difference(b: Builder, modes: Modes, unit: Cau, x: Word, y: Word) -> tuple[Scaled, Scaled]:
+def sum_and_difference(
+    b: CircuitBuilder, modes: Modes, unit: Cau, x: Word, y: Word
+) -> tuple[Floating, Floating]:
     """Return x + y and x - y with mantissas of the unit's bits, in two cycles."""
     if any(_spread(use) + unit.operand_bits > WIDE_BITS for use in modes.uses if use.m == -1):
         raise NoCircuitError("a hyperbolic operation on binary points far apart")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circular_solving import Begun, Solved, Start
 from cordicc.arith.circuits.hyperbolic import ln2_multiple, sum_and_difference
-from cordicc.arith.circuits.near_end import Near
-from cordicc.arith.circuits.scaled import Scaled, normalised
+from cordicc.arith.circuits.near_end import NearColumns
+from cordicc.arith.circuits.scaled import Floating, normalised
 from cordicc.arith.circuits.shifting import greater, shifted
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
@@ -15,15 +15,16 @@ from cordicc.arith.unit.cau import Cau, implicit_table
 from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
 
 
-def hyperbolic(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
-    """Return what the iterations begin with, and what makes results of their end; `unit.implicit` says why."""
+def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
+    """Return what the iterations begin with, and what makes results of their end, as in `unit.implicit`."""
     A, B, C = words
     bits = unit.fraction_bits
     tables = {n: implicit_table(unit, -1, use.slack) for n, use in enumerate(modes.uses) if use.m == -1}
     reaches = {n: table.reach for n, table in tables.items()}
+    begin = b.now
     vertex = block(b, (B, C), bits)
-    b.now -= 1
-    known = Near.of(modes, reaches, vertex.exponent - bits)
+    b.now = begin
+    known = NearColumns.of(modes, reaches, vertex.exponent - bits)
     flipped = b.negative(C.bits)
     a, d, c = (Word(b.negif(each.bits, flipped), each.fraction) for each in (A, B, C))
     target = normalised(b, c.bits, -c.fraction, unit.operand_bits)
@@ -36,7 +37,7 @@ def hyperbolic(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> 
     possible = b.mux(mirrored, positive, other)
     possible = possible & ~(both & modes.which(lambda use: use.branch == "none"))
     p, q = (
-        Scaled(b.mux(mirrored, x.mantissa, y.mantissa), b.mux(mirrored, x.exponent, y.exponent))
+        Floating(b.mux(mirrored, x.mantissa, y.mantissa), b.mux(mirrored, x.exponent, y.exponent))
         for x, y in ((p, q), (q, p))
     )
     doublings = b.named("doublings", _estimate(b, p, q, target))
@@ -44,12 +45,12 @@ def hyperbolic(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> 
     vector = _vector_of(
         b,
         unit,
-        Scaled(p.mantissa, p.exponent + doublings),
-        Scaled(q.mantissa, q.exponent - doublings),
-        Scaled(target.mantissa, target.exponent + 1),
+        Floating(p.mantissa, p.exponent + doublings),
+        Floating(q.mantissa, q.exponent - doublings),
+        Floating(target.mantissa, target.exponent + 1),
     )
     x, y, goal, exponent = vector
-    near = Near.of(modes, reaches, exponent - 1)
+    near = NearColumns.of(modes, reaches, exponent - 1)
     no_a = A.bits.equals(0)
     width = near.width(b.size(goal), bits)
     start = Start(x, y, goal, b.of(0), near.column("height"), width, both & ~no_a)
@@ -69,7 +70,7 @@ def hyperbolic(b: Builder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> 
     return start, finish
 
 
-def _estimate(b: Builder, p: Scaled, q: Scaled, c: Scaled) -> Signal:
+def _estimate(b: CircuitBuilder, p: Floating, q: Floating, c: Floating) -> CircuitSignal:
     """Return log2 of N/(2p) to the nearest integer, within 0.8 more."""
     log_p, log_q, log_c = (_log2(b, each) for each in (p, q, c))
     log_n = greater(b, log_c, (log_p + log_q) >> 1)
@@ -78,7 +79,7 @@ def _estimate(b: Builder, p: Scaled, q: Scaled, c: Scaled) -> Signal:
     return b.clipped(log_e >> LOG_BITS, -1024, 1024)
 
 
-def _log2(b: Builder, number: Scaled) -> Signal:
+def _log2(b: CircuitBuilder, number: Floating) -> CircuitSignal:
     """Return log2 |number| with `LOG_BITS`, from the leading bits."""
     top = normalised(b, b.size(number.mantissa), number.exponent, LOG_BITS + 1)
     exponent = b.mux(number.mantissa.equals(0), top.exponent, ZERO_EXPONENT)
@@ -86,8 +87,8 @@ def _log2(b: Builder, number: Scaled) -> Signal:
 
 
 def _vector_of(
-    b: Builder, unit: Cau, p: Scaled, q: Scaled, c: Scaled
-) -> tuple[Signal, Signal, Signal, Signal]:
+    b: CircuitBuilder, unit: Cau, p: Floating, q: Floating, c: Floating
+) -> tuple[CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal]:
     """Return (p - q, p + q, c) as a block below 1 with the unit's fraction bits, and its exponent."""
     bits = unit.fraction_bits
     least = min(p.exponent.lo + bits, q.exponent.lo + bits, c.exponent.lo + unit.operand_bits)

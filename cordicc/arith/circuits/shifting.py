@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 
 
-def length_of(b: Builder, size: Signal) -> Signal:
+def length_of(b: CircuitBuilder, size: CircuitSignal) -> CircuitSignal:
     """Return the bits of a number that is not negative, 0 of 0."""
     assert size.lo >= 0
     bits = size.hi.bit_length()
@@ -15,7 +15,7 @@ def length_of(b: Builder, size: Signal) -> Signal:
     places = 1 << max(0, (bits - 1).bit_length())
     behind = places - bits
     rest = (size << behind) + ((1 << behind) - 1)
-    zeros: Signal = b.of(0)
+    zeros: CircuitSignal = b.of(0)
     half = places // 2
     while half:
         top = rest >> half
@@ -28,19 +28,21 @@ def length_of(b: Builder, size: Signal) -> Signal:
     return b.narrowed(bits - zeros, 0, bits)
 
 
-def greater(b: Builder, first: Signal, second: Signal) -> Signal:
+def greater(b: CircuitBuilder, first: CircuitSignal, second: CircuitSignal) -> CircuitSignal:
     """Return the larger of two numbers."""
-    return b.narrowed(b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi))
+    return b.narrowed(
+        b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi)
+    )
 
 
-def limited(b: Builder, count: Signal, most: int) -> Signal:
+def limited(b: CircuitBuilder, count: CircuitSignal, most: int) -> CircuitSignal:
     """Return a count of places, of more than `most` that many."""
     if count.hi <= most:
         return count
     return b.narrowed(b.mux(count > most, count, most), count.lo, most)
 
 
-def shifted(b: Builder, number: Signal, right: Signal, most: int) -> Signal:
+def shifted(b: CircuitBuilder, number: CircuitSignal, right: CircuitSignal, most: int) -> CircuitSignal:
     """Return number / 2^right rounded half up; `right` may be negative.
 
     Args:
@@ -71,7 +73,7 @@ def digits_of(constant: int) -> list[tuple[int, int]]:
     return found[::-1]
 
 
-def times(b: Builder, number: Signal, constant: int, stages: int) -> Signal:
+def times(b: CircuitBuilder, number: CircuitSignal, constant: int, stages: int) -> CircuitSignal:
     """Return a product with a positive constant: a tree of adders over its signed digits.
 
     Args:
@@ -98,10 +100,10 @@ def times(b: Builder, number: Signal, constant: int, stages: int) -> Signal:
     return b.narrowed(exact, min(ends), max(ends))
 
 
-Term = tuple[Signal, int, int]
+Term = tuple[CircuitSignal, int, int]
 
 
-def _pair(b: Builder, terms: Sequence[Term]) -> Term:
+def _pair(b: CircuitBuilder, terms: Sequence[Term]) -> Term:
     if len(terms) == 1:
         return terms[0]
     (high, high_place, high_sign), (low, low_place, low_sign) = terms

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circular_solving import Solved, Start, circular
 from cordicc.arith.circuits.hyperbolic_solving import hyperbolic
 from cordicc.arith.circuits.shifting import times
-from cordicc.arith.circuits.uses import Modes, Use, format_of, word
-from cordicc.arith.circuits.words import Result, encoded, encoded_angle
+from cordicc.arith.circuits.uses import Modes, Use, format_of, of_system, word
+from cordicc.arith.circuits.words import WordResult, encoded, encoded_angle
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable
 from cordicc.arith.unit.cau import Cau, implicit_table
@@ -18,15 +18,21 @@ from cordicc.arith.unit.cau import Cau, implicit_table
 
 class _System(NamedTuple):
     m: int
-    chosen: Signal
+    chosen: CircuitSignal
     table: StepTable
     start: Start
     finish: Callable[[Start], Solved]
 
 
 def implicit_unit(
-    b: Builder, unit: Cau, uses: tuple[Use, ...], operands: tuple[Signal, ...], mode: Signal, *, scale: int = 3
-) -> tuple[Result | None, Result | None]:
+    b: CircuitBuilder,
+    unit: Cau,
+    uses: tuple[Use, ...],
+    operands: tuple[CircuitSignal, ...],
+    mode: CircuitSignal,
+    *,
+    scale: int = 3,
+) -> tuple[WordResult | None, WordResult | None]:
     """Return t and sqrt(A^2 + m B^2 - m C^2) as words.
 
     Args:
@@ -48,7 +54,7 @@ def implicit_unit(
         if any(use.m == m for use in uses):
             b.now = begin
             start, finish = make(b, modes, unit, words)
-            chosen = modes.which(lambda use, m=m: use.m == m)
+            chosen = modes.which(of_system(m))
             systems.append(_System(m, chosen, implicit_table(unit, m).steps, start, finish))
             end = max(end, b.now)
     b.now = end
@@ -59,14 +65,16 @@ def implicit_unit(
     state = _steps(b, state, systems, unit)
     solved = systems[0].finish(state)
     for system in systems[1:]:
-        solved = Solved(*(b.mux(system.chosen, x, y) for x, y in zip(solved, system.finish(state), strict=True)))
+        solved = Solved(
+            *(b.mux(system.chosen, x, y) for x, y in zip(solved, system.finish(state), strict=True))
+        )
     formats = [format_of(modes, number, unit.angle_bits) for number in range(2)]
-    results: list[Result | None] = [None, None]
+    results: list[WordResult | None] = [None, None]
     begin = b.now
     if formats[0] is not None:
         b.step()
         found = encoded_angle(b, solved.angle, -unit.angle_bits, formats[0], unit.angle_bits)
-        results[0] = Result(found.word, found.valid & solved.possible)
+        results[0] = WordResult(found.word, found.valid & solved.possible)
     end, b.now = b.now, begin
     if formats[1] is not None:
         scaled = None
@@ -78,12 +86,12 @@ def implicit_unit(
         assert scaled is not None
         b.step()
         found = encoded(b, scaled, solved.place - SCALE_BITS, formats[1])
-        results[1] = Result(found.word, found.valid & solved.possible)
+        results[1] = WordResult(found.word, found.valid & solved.possible)
     b.now = max(b.now, end)
     return results[0], results[1]
 
 
-def _steps(b: Builder, state: Start, systems: Sequence[_System], unit: Cau) -> Start:
+def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Cau) -> Start:
     """Turn (x, y) step by step until y is the target and x >= 0."""
     largest = 8 << unit.fraction_bits
     bent = b.of(0)
@@ -110,8 +118,10 @@ def _steps(b: Builder, state: Start, systems: Sequence[_System], unit: Cau) -> S
     return state
 
 
-def _upwards(b: Builder, state: Start, systems: Sequence[_System], number: int, bent: Signal) -> Signal:
-    """Return whether a step turns towards greater y: to the target, from x < 0 back, at the end of reach to it."""
+def _upwards(
+    b: CircuitBuilder, state: Start, systems: Sequence[_System], number: int, bent: CircuitSignal
+) -> CircuitSignal:
+    """Return whether a step turns towards greater y: to the target, back from x < 0, or to the end."""
     x, y, target = state.x, state.y, state.target
     gap = b.named("gap", target - y)
     height = width = None
@@ -128,7 +138,7 @@ def _upwards(b: Builder, state: Start, systems: Sequence[_System], number: int, 
     return b.mux(b.negative(x), forward, b.negative(y) ^ bent)
 
 
-def _before(b: Builder, size: Signal, stretched: int) -> Signal:
+def _before(b: CircuitBuilder, size: CircuitSignal, stretched: int) -> CircuitSignal:
     """Return a threshold as it is before a step, from the gain so far as a share of the whole one."""
     if stretched == SHARES:
         return size
@@ -138,22 +148,23 @@ def _before(b: Builder, size: Signal, stretched: int) -> Signal:
 class _Moves(NamedTuple):
     """What a step adds or takes: x and y by the direction, and shortened; to the target; to z."""
 
-    x: Signal
-    y: Signal
-    short_x: Signal
-    short_y: Signal
-    target: Signal
-    angle: Signal
+    x: CircuitSignal
+    y: CircuitSignal
+    short_x: CircuitSignal
+    short_y: CircuitSignal
+    target: CircuitSignal
+    angle: CircuitSignal
 
 
-def _moves(b: Builder, state: Start, system: _System, number: int, *, root_free: bool) -> _Moves:
+def _moves(b: CircuitBuilder, state: Start, system: _System, number: int, *, root_free: bool) -> _Moves:
     shift, angle = system.table.shifts[number], b.of(system.table.angles[number])
     x, y, target = state.x, state.y, state.target
     if root_free:
         squares = [b.rounded(each, 2 * shift) for each in (x, y, target)]
         if system.m < 0:
             squares = [-each for each in squares]
-        return _Moves(b.rounded(y, shift - 1), b.rounded(x, shift - 1), *squares, angle)
+        short_x, short_y, grown = squares
+        return _Moves(b.rounded(y, shift - 1), b.rounded(x, shift - 1), short_x, short_y, grown, angle)
     factor = system.table.target_factors[number]
     grown = b.rounded(target * factor, FACTOR_BITS) if factor else b.of(0)
     return _Moves(b.rounded(y, shift), b.rounded(x, shift), b.of(0), b.of(0), grown, angle)

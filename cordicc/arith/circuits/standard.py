@@ -7,14 +7,25 @@ from functools import partial
 from typing import NamedTuple
 
 from cordicc.arith.circuits import circular, hyperbolic, linear
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.shifting import times
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, State, Use, format_of, word
-from cordicc.arith.circuits.words import Result, encoded_angle
+from cordicc.arith.circuits.uses import (
+    Modes,
+    NoCircuitError,
+    Raw,
+    Raws,
+    Turned,
+    Use,
+    Wanted,
+    format_of,
+    of_system,
+    word,
+)
+from cordicc.arith.circuits.words import WordResult, encoded_angle
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.unit.cau import Cau, standard_table
 
-_FUNCTIONS: Mapping[str, Callable[..., tuple[State, Callable[..., tuple[Raw, Raw]]]]] = {
+_FUNCTIONS: Mapping[str, Callable[..., tuple[Turned, Callable[[Turned, Wanted], Raws]]]] = {
     "rotate_circular": circular.rotation,
     "vector_circular": circular.vectoring,
     "rotate_linear": linear.rotation,
@@ -26,8 +37,14 @@ _FUNCTIONS: Mapping[str, Callable[..., tuple[State, Callable[..., tuple[Raw, Raw
 
 
 def standard_unit(
-    b: Builder, unit: Cau, uses: tuple[Use, ...], operands: tuple[Signal, ...], mode: Signal, *, scale: int = 3
-) -> tuple[Result | None, Result | None]:
+    b: CircuitBuilder,
+    unit: Cau,
+    uses: tuple[Use, ...],
+    operands: tuple[CircuitSignal, ...],
+    mode: CircuitSignal,
+    *,
+    scale: int = 3,
+) -> tuple[WordResult | None, WordResult | None]:
     """Return both results as words.
 
     Args:
@@ -57,23 +74,24 @@ def standard_unit(
         finishes.append(finish)
         end = max(end, b.now)
     b.now = end
-    chosen = [modes.which(lambda use, name=name: use.function == name) for name in functions]
+    chosen = [modes.which(_has_function(name)) for name in functions]
     start = states[0]
     for bit, state in zip(chosen[1:], states[1:], strict=True):
-        start = State(*(b.mux(bit, one, other) for one, other in zip(start, state, strict=True)))
+        start = Turned(*(b.mux(bit, one, other) for one, other in zip(start, state, strict=True)))
     b.step()
     last = _iterations(b, modes, unit, start)
     begin, end = b.now, b.now
     raws = []
     for name, finish in zip(functions, finishes, strict=True):
         b.now = begin
-        wanted = tuple(
-            any(use.function == name and use.results[number] is not None for use in uses) for number in range(2)
+        first, second = (
+            any(use.function == name and use.results[number] is not None for use in uses)
+            for number in range(2)
         )
-        raws.append(finish(last, wanted))
+        raws.append(finish(last, (first, second)))
         end = max(end, b.now)
     b.now = end
-    results: list[Result | None] = [None, None]
+    results: list[WordResult | None] = [None, None]
     for number in range(2):
         format_ = format_of(modes, number, unit.angle_bits)
         if format_ is None:
@@ -85,30 +103,34 @@ def standard_unit(
                 raw = own if raw is None else Raw(*(b.mux(bit, x, y) for x, y in zip(raw, own, strict=True)))
         assert raw is not None
         found = encoded_angle(b, raw.mantissa, raw.exponent, format_, unit.angle_bits)
-        results[number] = Result(found.word, found.valid & raw.valid)
+        results[number] = WordResult(found.word, found.valid & raw.valid)
     return results[0], results[1]
 
 
-def _scaled(b: Builder, unit: Cau, stages: int, m: int, coordinate: Signal) -> Signal:
+def _scaled(b: CircuitBuilder, unit: Cau, stages: int, m: int, coordinate: CircuitSignal) -> CircuitSignal:
     """Return a coordinate over the gain, with `SCALE_BITS` more bits."""
     table = standard_table(unit, m)
     product = times(b, coordinate, table.inverse_gain, stages)
     return b.named("scaled", b.rounded(product, table.coordinate_bits + 1 - SCALE_BITS))
 
 
+def _has_function(name: str) -> Callable[[Use], bool]:
+    return lambda use: use.function == name
+
+
 class _System(NamedTuple):
     m: int
-    chosen: Signal
+    chosen: CircuitSignal
     steps: Sequence[tuple[int, int]]
 
 
-def _iterations(b: Builder, modes: Modes, unit: Cau, start: State) -> State:
+def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Turned:
     """Turn (x, y) step by step: by z, or until y is nearly 0."""
     systems = []
     for m in (1, 0, -1):
         if any(use.m == m for use in modes.uses):
             table = standard_table(unit, m)
-            chosen = modes.which(lambda use, m=m: use.m == m)
+            chosen = modes.which(of_system(m))
             systems.append(_System(m, chosen, list(zip(table.shifts, table.angles, strict=True))))
     turning = modes.which(lambda use: use.op == "rotate")
     largest = 4 << unit.fraction_bits
@@ -124,7 +146,7 @@ def _iterations(b: Builder, modes: Modes, unit: Cau, start: State) -> State:
             # Against the angle that is left, or towards the x axis.
             back = b.named("back", b.mux(turning, ~b.negative(y), b.negative(z)))
             dx, dy, angle = _moves(b, systems, number, x, y)
-            away: Signal = ~back
+            away: CircuitSignal = ~back
             if any(system.m == -1 for system in systems):
                 bent = b.of(0)
                 for system in systems:
@@ -141,16 +163,16 @@ def _iterations(b: Builder, modes: Modes, unit: Cau, start: State) -> State:
                 left = b.narrowed(left, -(7 << unit.angle_bits), 7 << unit.angle_bits)
             z = b.named("z", left)
             b.step()
-    return State(x, y, z)
+    return Turned(x, y, z)
 
 
 def _moves(
-    b: Builder, systems: Sequence[_System], number: int, x: Signal, y: Signal
-) -> tuple[Signal | None, Signal, Signal]:
+    b: CircuitBuilder, systems: Sequence[_System], number: int, x: CircuitSignal, y: CircuitSignal
+) -> tuple[CircuitSignal | None, CircuitSignal, CircuitSignal]:
     """Return what a step adds to or takes from x, y and z."""
-    dx: Signal | None = None
-    dy: Signal | None = None
-    angle: Signal | None = None
+    dx: CircuitSignal | None = None
+    dy: CircuitSignal | None = None
+    angle: CircuitSignal | None = None
     for system in systems:
         shift, own = system.steps[number]
         flat = b.rounded(y, shift) if system.m else b.of(0)

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.circuits.arithmetic import Number, calculated, rounded
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circuit import Circuit
+from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.solving import implicit_unit
 from cordicc.arith.circuits.standard import standard_unit
 from cordicc.arith.circuits.uses import Use
-from cordicc.arith.circuits.words import Result
+from cordicc.arith.circuits.words import WordResult
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.unit.arithmetic import Arithmetic
@@ -39,6 +39,10 @@ class Plain:
     result: FixedPoint
     constants: tuple[int | None, ...] = ()
 
+    def delivered(self, number: int) -> FixedPoint | None:
+        """Return the format of a result by its number."""
+        return self.result if number == 0 else None
+
     @property
     def settings(self) -> Mapping[str, Any]:
         """The parameters by name."""
@@ -46,7 +50,7 @@ class Plain:
 
 
 def unit_circuit(
-    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use] | Sequence[Plain], latency: int
+    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], latency: int
 ) -> Circuit:
     """Return the circuit of a unit with some latency in cycles.
 
@@ -59,9 +63,11 @@ def unit_circuit(
         NoCircuitError: a use has none.
         ValueError: the latency is too short.
     """
-    b = Builder(name)
+    b = CircuitBuilder(name)
     ports = max(len(use.operands) for use in uses)
-    widths = [max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)]
+    widths = [
+        max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)
+    ]
     ok = b.input("ok", 0, 1)
     mode = b.input("mode", 0, len(uses) - 1) if len(uses) > 1 else b.of(0)
     operands = tuple(
@@ -70,7 +76,7 @@ def unit_circuit(
         else b.word(port, width)
         for at, (port, width) in enumerate(zip(PORTS, widths, strict=False))
     )
-    results: Sequence[Result | None]
+    results: Sequence[WordResult | None]
     if kind in arithmetic.caus:
         cordic = tuple(use for use in uses if isinstance(use, Use))
         make = standard_unit if kind == "standard" else implicit_unit
@@ -82,21 +88,30 @@ def unit_circuit(
     if b.now > latency:
         raise ValueError(f"{name} takes {b.now} cycles, not {latency}")
     b.now = latency
-    for port, result in zip(RESULTS, results, strict=False):
+    for number, (port, result) in enumerate(zip(RESULTS, results, strict=False)):
         if result is not None:
-            b.output(port, result.word)
+            width = max(f.width_bits for use in uses if (f := use.delivered(number)) is not None)
+            b.output(port, b.as_word(result.word, width))
             b.output(f"{port}_ok", result.valid & ok)
     return b.circuit()
 
 
 def _plain(
-    b: Builder, system: FixedSystem, uses: tuple[Plain, ...], words: tuple[Signal, ...], mode: Signal, latency: int
-) -> Result:
+    b: CircuitBuilder,
+    system: FixedSystem,
+    uses: tuple[Plain, ...],
+    words: tuple[CircuitSignal, ...],
+    mode: CircuitSignal,
+    latency: int,
+) -> WordResult:
     if uses[0].op in ("mul", "cmul"):
         return _product(b, system, uses, words, mode, latency)
     found = None
     for number, use in enumerate(uses):
-        numbers = [Number(word, f.fraction_bits, f.width_bits) for word, f in zip(words, use.operands, strict=False)]
+        numbers = [
+            ExactNumber(word, f.fraction_bits, f.width_bits)
+            for word, f in zip(words, use.operands, strict=False)
+        ]
         own = calculated(b, use.op, use.settings, numbers, use.result)
         found = own if found is None else _chosen(b, mode.equals(number), found, own)
     assert found is not None
@@ -104,15 +119,20 @@ def _plain(
 
 
 def _product(
-    b: Builder, system: FixedSystem, uses: tuple[Plain, ...], words: tuple[Signal, ...], mode: Signal, latency: int
-) -> Result:
+    b: CircuitBuilder,
+    system: FixedSystem,
+    uses: tuple[Plain, ...],
+    words: tuple[CircuitSignal, ...],
+    mode: CircuitSignal,
+    latency: int,
+) -> WordResult:
     """Return a product: one multiplier for all uses, of one constant factor its digits."""
     factors = []
     for use in uses:
         if use.op == "cmul":
-            word, format_ = system.constant(use.settings["factor"])
+            factor, format_ = system.constant(use.settings["factor"])
             assert isinstance(format_, FixedPoint)
-            factors.append((int(word), format_.fraction_bits))
+            factors.append((int(factor), format_.fraction_bits))
     inner = max(0, latency - 2)
     if factors and len({word for word, _ in factors}) == 1:
         word = factors[0][0]
@@ -128,11 +148,11 @@ def _product(
     found = None
     for number, use in enumerate(uses):
         other = factors[number][1] if factors else use.operands[1].fraction_bits
-        own = rounded(b, Number(exact, use.operands[0].fraction_bits + other), use.result)
+        own = rounded(b, ExactNumber(exact, use.operands[0].fraction_bits + other), use.result)
         found = own if found is None else _chosen(b, mode.equals(number), found, own)
     assert found is not None
     return found
 
 
-def _chosen(b: Builder, choice: Signal, a: Result, other: Result) -> Result:
-    return Result(b.mux(choice, a.word, other.word), b.mux(choice, a.valid, other.valid))
+def _chosen(b: CircuitBuilder, choice: CircuitSignal, a: WordResult, other: WordResult) -> WordResult:
+    return WordResult(b.mux(choice, a.word, other.word), b.mux(choice, a.valid, other.valid))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.slack import EXACT, Slack
 
@@ -16,20 +16,20 @@ class NoCircuitError(ValueError):
     """A unit has a use of which there is no circuit."""
 
 
-class State(NamedTuple):
+class Turned(NamedTuple):
     """What iterations begin and end with."""
 
-    x: Signal
-    y: Signal
-    z: Signal
+    x: CircuitSignal
+    y: CircuitSignal
+    z: CircuitSignal
 
 
 class Raw(NamedTuple):
     """A result before it is rounded: mantissa * 2^exponent, and whether it stands for a number."""
 
-    mantissa: Signal
-    exponent: Signal
-    valid: Signal
+    mantissa: CircuitSignal
+    exponent: CircuitSignal
+    valid: CircuitSignal
 
 
 Raws = tuple[Raw | None, Raw | None]
@@ -38,7 +38,7 @@ Raws = tuple[Raw | None, Raw | None]
 Wanted = tuple[bool, bool]
 """Which results are taken."""
 
-Scale = Callable[[int, Signal], Signal]
+Scale = Callable[[int, CircuitSignal], CircuitSignal]
 """Divides a coordinate by the gain of a coordinate system, some cycles later."""
 
 
@@ -68,6 +68,10 @@ class Use:
     slack: Slack = EXACT
     constants: tuple[int | None, ...] = ()
 
+    def delivered(self, number: int) -> FixedPoint | None:
+        """Return the format of a result by its number, None if nobody takes it."""
+        return self.results[number]
+
     @property
     def function(self) -> str:
         """What the unit does, in a word."""
@@ -79,15 +83,15 @@ class Use:
 class Modes:
     """The uses of a unit, and the signal that tells which of them a sample is for."""
 
-    builder: Builder
-    mode: Signal
+    builder: CircuitBuilder
+    mode: CircuitSignal
     uses: tuple[Use, ...]
 
-    def pick(self, value: Callable[[Use], int]) -> Signal:
+    def pick(self, value: Callable[[Use], int]) -> CircuitSignal:
         """Return an integer that depends on the use."""
         return self.builder.pick(self.mode, [value(use) for use in self.uses])
 
-    def which(self, holds: Callable[[Use], bool]) -> Signal:
+    def which(self, holds: Callable[[Use], bool]) -> CircuitSignal:
         """Return a bit that depends on the use."""
         return self.pick(lambda use: int(holds(use)))
 
@@ -96,8 +100,8 @@ class Modes:
 class Word:
     """A word as it enters a unit: two's complement with a binary point."""
 
-    bits: Signal
-    fraction: Signal
+    bits: CircuitSignal
+    fraction: CircuitSignal
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,16 +112,23 @@ class Format:
     -1 of a result that is none.
     """
 
-    fraction: Signal
-    largest: Signal
+    fraction: CircuitSignal
+    largest: CircuitSignal
     rounding: str
-    pi: Signal
-    still: Signal
+    pi: CircuitSignal
+    still: CircuitSignal
 
 
-def word(modes: Modes, bits: Signal, number: int) -> Word:
+def of_system(m: int) -> Callable[[Use], bool]:
+    """Return what tells whether a use is in a coordinate system."""
+    return lambda use: use.m == m
+
+
+def word(modes: Modes, bits: CircuitSignal, number: int) -> Word:
     """Return an operand by its number."""
-    return Word(bits, modes.pick(lambda use: use.operands[number].fraction_bits if number < len(use.operands) else 0))
+    return Word(
+        bits, modes.pick(lambda use: use.operands[number].fraction_bits if number < len(use.operands) else 0)
+    )
 
 
 def format_of(modes: Modes, number: int, angle_bits: int) -> Format | None:

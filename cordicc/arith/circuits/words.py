@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Operand, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal, Operand
 from cordicc.arith.circuits.shifting import greater, length_of, limited, shifted
 from cordicc.arith.circuits.uses import Format, Word
 
@@ -13,19 +13,19 @@ from cordicc.arith.circuits.uses import Format, Word
 class Block(NamedTuple):
     """Mantissas of numbers under a common exponent: mantissa * 2^(exponent - bits)."""
 
-    mantissas: tuple[Signal, ...]
-    exponent: Signal
+    mantissas: tuple[CircuitSignal, ...]
+    exponent: CircuitSignal
 
 
-class Result(NamedTuple):
+class WordResult(NamedTuple):
     """A word that leaves a unit, and whether it stands for a number."""
 
-    word: Signal
-    valid: Signal
+    word: CircuitSignal
+    valid: CircuitSignal
 
 
-def block(b: Builder, words: Sequence[Word], bits: int) -> Block:
-    """Bring words to one exponent, the largest with `bits` bits, in a cycle; that of zeros alone is the least."""
+def block(b: CircuitBuilder, words: Sequence[Word], bits: int) -> Block:
+    """Bring words to one exponent, the largest with `bits` bits, in a cycle; that of zeros is the least."""
     sizes = [b.size(word.bits) for word in words]
     if len({word.fraction.number for word in words}) == 1:
         every = sizes[0]
@@ -47,18 +47,18 @@ def block(b: Builder, words: Sequence[Word], bits: int) -> Block:
     for word in words:
         # Nothing of it is left below the last place, and no number is longer than its word.
         right = exponent + word.fraction - bits
-        right = b.narrowed(right, -bits, right.hi)
+        right = b.narrowed(right, -bits, right.hi, loose=True)  # of zeros alone it is less, and all the same
         moved = shifted(b, word.bits, right, word.bits.width + 1)
         made.append(b.narrowed(moved, -(1 << bits), 1 << bits))
     return Block(tuple(made), exponent)
 
 
-def at_fraction(b: Builder, word: Word, fraction: int) -> Signal:
+def at_fraction(b: CircuitBuilder, word: Word, fraction: int) -> CircuitSignal:
     """Return a word with another number of fraction bits, rounded half up."""
     return shifted(b, word.bits, word.fraction - fraction, word.bits.width + 1)
 
 
-def encoded(b: Builder, mantissa: Signal, exponent: Operand, format_: Format) -> Result:
+def encoded(b: CircuitBuilder, mantissa: CircuitSignal, exponent: Operand, format_: Format) -> WordResult:
     """Return mantissa * 2^exponent rounded to a word of a format, valid if the format holds it."""
     right = -(format_.fraction + exponent)
     match format_.rounding:
@@ -70,10 +70,10 @@ def encoded(b: Builder, mantissa: Signal, exponent: Operand, format_: Format) ->
         case _:
             word = _to_even(b, mantissa, right)
     inside = (word <= format_.largest) & (word >= -format_.largest)
-    return Result(b.narrowed(word, -format_.largest.hi, format_.largest.hi, loose=True), inside)
+    return WordResult(b.narrowed(word, -format_.largest.hi, format_.largest.hi, loose=True), inside)
 
 
-def _to_even(b: Builder, mantissa: Signal, right: Signal) -> Signal:
+def _to_even(b: CircuitBuilder, mantissa: CircuitSignal, right: CircuitSignal) -> CircuitSignal:
     """Return mantissa / 2^right rounded to nearest, ties to even."""
     lift = max(0, -right.lo) + 1
     wide = mantissa << lift
@@ -86,9 +86,9 @@ def _to_even(b: Builder, mantissa: Signal, right: Signal) -> Signal:
 
 
 def encoded_angle(
-    b: Builder, mantissa: Signal, exponent: Operand, format_: Format, angle_bits: int
-) -> Result:
-    """Return what `encoded` does, but an angle of at most pi, with some fraction bits, as a word of at most pi."""
+    b: CircuitBuilder, mantissa: CircuitSignal, exponent: Operand, format_: Format, angle_bits: int
+) -> WordResult:
+    """Return what `encoded` does, but an angle of at most pi, with angle bits, as a word of at most pi."""
     result = encoded(b, mantissa, exponent, format_)
     if format_.still.hi < 0:
         return result
@@ -97,4 +97,4 @@ def encoded_angle(
     word = result.word
     word = b.mux(near & (word > format_.pi), word, format_.pi)
     word = b.mux(near & (word < -format_.pi), word, -format_.pi)
-    return Result(word, result.valid)
+    return WordResult(word, result.valid)

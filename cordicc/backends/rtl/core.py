@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.arith.circuits.arithmetic import Number, rounded
-from cordicc.arith.circuits.builder import Builder
+from cordicc.arith.circuits.builder import CircuitBuilder
 from cordicc.arith.circuits.circuit import Circuit
+from cordicc.arith.circuits.plain_operations import ExactNumber, rounded
 from cordicc.arith.circuits.units import PORTS, RESULTS, Plain, unit_circuit
 from cordicc.arith.circuits.uses import Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
+from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends.rtl.names import comment, identifiers
-from cordicc.emulate.ports import PortFormats
 from cordicc.plan.model import Operand, Operation, Plan
 from cordicc.plan.netlist import Cell, ConstantWord, Driver, FifoEnd, InputWord, Netlist, UnitResult
 
@@ -57,7 +57,7 @@ class Core:
 
 
 def core_of(plan: Plan, header: Sequence[str]) -> Core:
-    """Return the core of a plan, with some lines above its text.
+    """Return the core of a plan, with lines above its text.
 
     Raises:
         NoCircuitError: an operation has no circuit.
@@ -79,26 +79,28 @@ class _Core:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._netlist = Netlist.of(plan)
-        self._formats = PortFormats.of(plan, plan.arithmetic)
+        self._depths = {fifo.id: fifo.depth for fifo in plan.fifos}
         self.name = identifiers([plan.name])[plan.name]
-        names = identifiers([*plan.problem.input_names, *(f"out {name}" for name in plan.outputs)])
         ports = identifiers([*plan.problem.input_names, *plan.outputs])
-        del names
         self.inputs = tuple(
             PortWord(name, ports[name], self._format(name)) for name in plan.problem.input_names
         )
         self.outputs = tuple(PortWord(name, ports[name], self._delivered(name)) for name in plan.outputs)
         self.modules: dict[str, Circuit] = {}
-        self._instances = {id: self._instance(cell) for id, cell in self._netlist.cells.items() if cell.operations}
-        self._widths: dict[Driver, int] = {}
+        self._instances = {
+            id: self._instance(cell) for id, cell in self._netlist.cells.items() if cell.operations
+        }
 
     def _format(self, name: str) -> FixedPoint:
-        format_ = self._formats.values[name]
-        assert isinstance(format_, FixedPoint)
-        return format_
+        """Return the format of an input or a result."""
+        return self._stated(self._plan.formats.values.get(name))
 
     def _delivered(self, name: str) -> FixedPoint:
-        format_ = self._formats.outputs[name]
+        """Return the format of an output."""
+        return self._stated(self._plan.formats.outputs.get(name))
+
+    def _stated(self, spec: BinaryPoint | None) -> FixedPoint:
+        format_ = self._plan.arithmetic.system.format(spec)
         assert isinstance(format_, FixedPoint)
         return format_
 
@@ -176,7 +178,6 @@ class _Core:
             if cell.operations:
                 yield from self._unit(id, cell)
         yield from self._leaving(plan)
-        yield from self._unused()
         yield "endmodule"
         yield ""
         yield "`default_nettype wire"
@@ -233,14 +234,8 @@ class _Core:
     def _ok(self, driver: Driver) -> str:
         return f"{self._text(driver)}_ok"
 
-    @property
-    def _depths(self) -> dict[str, int]:
-        return {fifo.id: fifo.depth for fifo in self._plan.fifos}
-
     def _position(self, driver: UnitResult) -> int:
-        return next(
-            result.position for result in self._netlist.results.values() if result.driver == driver
-        )
+        return next(result.position for result in self._netlist.results.values() if result.driver == driver)
 
     def _width(self, driver: Driver) -> int:
         """Return the bits of what a driver carries."""
@@ -324,11 +319,11 @@ class _Core:
             sized = f"[{width - 1}:0] " if width > 1 else ""
             yield f"    wire {sized}{id}_mode = {self._chosen(select, texts, width)};"
             taken.append(f".mode({id}_mode)")
-        for port in circuit.outputs:
-            width = circuit.cells[port.cell].width
-            signed = "" if port.name.endswith("_ok") else f"signed [{width - 1}:0] "
-            yield f"    wire {signed}{id}_{port.name};"
-            taken.append(f".{port.name}({id}_{port.name})")
+        for result in circuit.outputs:
+            width = circuit.cells[result.cell].width
+            signed = "" if result.name.endswith("_ok") else f"signed [{width - 1}:0] "
+            yield f"    wire {signed}{id}_{result.name};"
+            taken.append(f".{result.name}({id}_{result.name})")
         clocked = circuit.registers() > 0
         taken[:0] = [".clk(clk)", ".ce(ce)"] if clocked else []
         yield f"    {module} {id} ("
@@ -383,9 +378,9 @@ class _Core:
 
     def _conversion(self, held: FixedPoint, delivered: FixedPoint) -> str:
         """Return the module that rounds words between operations to those of an output."""
-        b = Builder("rounding")
-        result = rounded(b, Number(b.word("a", held.width_bits), held.fraction_bits), delivered)
-        b.output("first", b.narrowed(result.word, -delivered.largest_word - 1, delivered.largest_word))
+        b = CircuitBuilder("rounding")
+        result = rounded(b, ExactNumber(b.word("a", held.width_bits), held.fraction_bits), delivered)
+        b.output("first", b.as_word(result.word, delivered.width_bits))
         b.output("first_ok", result.valid)
         circuit = b.circuit()
         for name, other in self.modules.items():
@@ -395,9 +390,6 @@ class _Core:
         name = f"{base}{sum(known.startswith(base) for known in self.modules) + 1}"
         self.modules[name] = Circuit(name, circuit.cells, circuit.inputs, circuit.outputs, circuit.notes)
         return name
-
-    def _unused(self) -> Iterator[str]:
-        return iter(())
 
 
 def _literal(value: int, width: int) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
-from cordicc.arith.circuits.circuit import Cell, Circuit
+from cordicc.arith.circuits.circuit import Circuit, Gate
 
 _LINE = 110
 """Characters of a line of the list of unused bits."""
@@ -163,7 +163,7 @@ class _Module:
                 texts.insert(0, f"{more}'d0")
         return texts[0] if len(texts) == 1 else "{" + ", ".join(texts) + "}"
 
-    def pair(self, cell: Cell) -> tuple[str, str, bool]:
+    def pair(self, cell: Gate) -> tuple[str, str, bool]:
         """Return two operands in a common width, and whether they are signed."""
         a, b = (self._cells[each] for each in cell.operands)
         signed = a.signed or b.signed
@@ -171,7 +171,7 @@ class _Module:
         first, second = (self._whole(each, width) for each in cell.operands)
         return (f"$signed({first})", f"$signed({second})", True) if signed else (first, second, False)
 
-    def cell(self, number: int) -> Cell:
+    def cell(self, number: int) -> Gate:
         return self._cells[number]
 
 
@@ -192,44 +192,44 @@ def _live(circuit: Circuit) -> set[int]:
     return found
 
 
-def _sum(sign: str) -> Callable[[_Module, Cell], str]:
-    def text(module: _Module, cell: Cell) -> str:
+def _sum(sign: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
         return f" {sign} ".join(module.whole(each, cell.width) for each in cell.operands)
 
     return text
 
 
-def _addsub(module: _Module, cell: Cell) -> str:
+def _addsub(module: _Module, cell: Gate) -> str:
     a, b, c = cell.operands
     width = cell.width
     mask = f"{{{width}{{{module.whole(c, 1)}}}}}"
     return f"{module.whole(a, width)} + ({module.whole(b, width)} ^ {mask}) + {module.whole(c, width)}"
 
 
-def _negif(module: _Module, cell: Cell) -> str:
+def _negif(module: _Module, cell: Gate) -> str:
     a, c = cell.operands
     mask = f"{{{cell.width}{{{module.whole(c, 1)}}}}}"
     return f"({module.whole(a, cell.width)} ^ {mask}) + {module.whole(c, cell.width)}"
 
 
-def _product(module: _Module, cell: Cell) -> str:
+def _product(module: _Module, cell: Gate) -> str:
     a, b = (module.whole(each, cell.width) for each in cell.operands)
     if cell.signed:
         return f"$signed({a}) * $signed({b})"
     return f"{a} * {b}"
 
 
-def _left(module: _Module, cell: Cell) -> str:
+def _left(module: _Module, cell: Gate) -> str:
     (count,) = cell.params
     return f"{{{module.whole(cell.operands[0], cell.width - count)}, {count}'d0}}"
 
 
-def _right(module: _Module, cell: Cell) -> str:
+def _right(module: _Module, cell: Gate) -> str:
     (count,) = cell.params
     return module.part(cell.operands[0], count, count + cell.width - 1)
 
 
-def _rounded(module: _Module, cell: Cell) -> str:
+def _rounded(module: _Module, cell: Gate) -> str:
     (count,) = cell.params
     (a,) = cell.operands
     half = module.part(a, count - 1, count - 1)
@@ -237,8 +237,8 @@ def _rounded(module: _Module, cell: Cell) -> str:
     return f"{module.part(a, count, count + cell.width - 1)} + {carry}"
 
 
-def _shifted(mark: str) -> Callable[[_Module, Cell], str]:
-    def text(module: _Module, cell: Cell) -> str:
+def _shifted(mark: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
         a, count = cell.operands
         n = module.whole(count, module.cell(count).width)
         value = module.whole(a, cell.width)
@@ -249,20 +249,20 @@ def _shifted(mark: str) -> Callable[[_Module, Cell], str]:
     return text
 
 
-def _compared(mark: str) -> Callable[[_Module, Cell], str]:
-    def text(module: _Module, cell: Cell) -> str:
+def _compared(mark: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
         first, second, _ = module.pair(cell)
         return f"{first} {mark} {second}"
 
     return text
 
 
-def _mux(module: _Module, cell: Cell) -> str:
+def _mux(module: _Module, cell: Gate) -> str:
     choice, a, b = cell.operands
     return f"{module.whole(choice, 1)} ? {module.whole(b, cell.width)} : {module.whole(a, cell.width)}"
 
 
-_TEXTS: dict[str, Callable[[_Module, Cell], str]] = {
+_TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
     "add": _sum("+"),
     "addc": _sum("+"),
     "sub": _sum("-"),

@@ -19,8 +19,8 @@ _RESERVED = """
     context continue cover cross dist do endclass enum expect export extends extern final first_match foreach
     forkjoin global iff ignore_bins illegal_bins import inside int interface intersect let local logic longint
     matches modport new nexttime null package packed priority program property protected pure rand randc
-    ref restrict return sequence shortint shortreal solve static string strong struct super tagged this throughout
-    timeprecision timeunit type typedef union unique var virtual void weak with within
+    ref restrict return sequence shortint shortreal solve static string strong struct super tagged this
+    throughout timeprecision timeunit type typedef union unique var virtual void weak with within
     clk ce rst slot in_valid in_ready out_valid out_ok"""
 _KEYWORDS = frozenset(_RESERVED.split())
 """Of Verilog and of SystemVerilog, and the ports that every core has."""

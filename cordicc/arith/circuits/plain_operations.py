@@ -1,4 +1,4 @@
-"""The circuits of adders, multipliers and sign logic: exact in integers, rounded once to the result's word."""
+"""The circuits of adders and sign logic: exact in integers, rounded once to the word of the result."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from cordicc.arith.circuits.builder import Builder, Signal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.shifting import greater
 from cordicc.arith.circuits.uses import NoCircuitError
-from cordicc.arith.circuits.words import Result
+from cordicc.arith.circuits.words import WordResult
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
 from cordicc.arith.numbers.fixed_point import SHIFT_LIMIT, WIDTHS, FixedPoint
 from cordicc.arith.numbers.fixed_system import WRAP_GUARD_BITS, wraps_in_int64
@@ -20,17 +20,17 @@ _MOST_TURNS = 32
 """Turns of an angle that are counted by comparisons."""
 
 
-class Number(NamedTuple):
+class ExactNumber(NamedTuple):
     """An integer that stands for mantissa * 2^-fraction; of a word its width."""
 
-    mantissa: Signal
+    mantissa: CircuitSignal
     fraction: int
     width: int = 0
 
 
 def calculated(
-    b: Builder, op: str, params: Mapping[str, Any], numbers: Sequence[Number], result: FixedPoint
-) -> Result:
+    b: CircuitBuilder, op: str, params: Mapping[str, Any], numbers: Sequence[ExactNumber], result: FixedPoint
+) -> WordResult:
     """Return an operation's result as a word; `valid` tells of it alone, not of the operands.
 
     Args:
@@ -44,22 +44,22 @@ def calculated(
         NoCircuitError: an angle of more turns than are counted.
     """
     first = numbers[0]
-    valid: Signal = b.of(1)
+    valid: CircuitSignal = b.of(1)
     match op:
         case "wrap":
             return _kept_within_pi(b, _wrapped(b, first), result)
         case "shift":
-            number = Number(first.mantissa, first.fraction - int(params["exponent"]))
+            number = ExactNumber(first.mantissa, first.fraction - int(params["exponent"]))
         case "sign":
             negative = b.negative(first.mantissa)
-            number = Number(b.mux(first.mantissa.equals(0), b.mux(negative, 1, -1), 0), 0)
+            number = ExactNumber(b.mux(first.mantissa.equals(0), b.mux(negative, 1, -1), 0), 0)
         case _:
             number, valid = _exact(b, op, params, numbers)
     made = rounded(b, number, result)
-    return Result(made.word, made.valid & valid)
+    return WordResult(made.word, made.valid & valid)
 
 
-def rounded(b: Builder, number: Number, format_: FixedPoint) -> Result:
+def rounded(b: CircuitBuilder, number: ExactNumber, format_: FixedPoint) -> WordResult:
     """Return a number rounded to a word, valid if the format holds it."""
     down = number.fraction - format_.fraction_bits
     mantissa = number.mantissa
@@ -74,10 +74,10 @@ def rounded(b: Builder, number: Number, format_: FixedPoint) -> Result:
         word = b.addc(mantissa, (1 << (down - 1)) - 1, b.bit(mantissa, down)) >> down
     largest = format_.largest_word
     inside = (word <= largest) & (word >= -largest)
-    return Result(b.narrowed(word, -largest, largest, loose=not (inside.lo == inside.hi == 1)), inside)
+    return WordResult(b.narrowed(word, -largest, largest, loose=not (inside.lo == inside.hi == 1)), inside)
 
 
-def _kept_within_pi(b: Builder, number: Number, format_: FixedPoint) -> Result:
+def _kept_within_pi(b: CircuitBuilder, number: ExactNumber, format_: FixedPoint) -> WordResult:
     result = rounded(b, number, format_)
     if format_.width_bits - format_.fraction_bits < 3:
         return result
@@ -87,7 +87,7 @@ def _kept_within_pi(b: Builder, number: Number, format_: FixedPoint) -> Result:
     near = (number.mantissa <= most) & (number.mantissa >= -most)
     word = b.mux(near & (result.word > largest), result.word, largest)
     word = b.mux(near & (word < -largest), word, -largest)
-    return Result(word, result.valid)
+    return WordResult(word, result.valid)
 
 
 def _largest_at_most(limit: float, fraction: int) -> int:
@@ -103,11 +103,13 @@ def _largest_at_most(limit: float, fraction: int) -> int:
     return low
 
 
-def _exact(b: Builder, op: str, params: Mapping[str, Any], numbers: Sequence[Number]) -> tuple[Number, Signal]:
+def _exact(
+    b: CircuitBuilder, op: str, params: Mapping[str, Any], numbers: Sequence[ExactNumber]
+) -> tuple[ExactNumber, CircuitSignal]:
     fraction = max(number.fraction for number in numbers)
     aligned = [number.mantissa << (fraction - number.fraction) for number in numbers]
     first = aligned[0]
-    valid: Signal = b.of(1)
+    valid: CircuitSignal = b.of(1)
     match op:
         case "add":
             made = first + aligned[1]
@@ -129,10 +131,12 @@ def _exact(b: Builder, op: str, params: Mapping[str, Any], numbers: Sequence[Num
             made, valid = first, _condition(b, params, aligned[1], fraction)
         case _:
             raise NoCircuitError(f"operation {op!r}")
-    return Number(made, fraction), valid
+    return ExactNumber(made, fraction), valid
 
 
-def _condition(b: Builder, params: Mapping[str, Any], number: Signal, fraction: int) -> Signal:
+def _condition(
+    b: CircuitBuilder, params: Mapping[str, Any], number: CircuitSignal, fraction: int
+) -> CircuitSignal:
     slack = math.floor(Fraction(slack_of(params).beyond) * Fraction(2) ** fraction)
     match params["condition"]:
         case "nonzero":
@@ -145,7 +149,7 @@ def _condition(b: Builder, params: Mapping[str, Any], number: Signal, fraction: 
             return b.of(1)
 
 
-def _wrapped(b: Builder, angle: Number) -> Number:
+def _wrapped(b: CircuitBuilder, angle: ExactNumber) -> ExactNumber:
     """Return an angle modulo 2 pi, as `fixed_system._wrapped` does."""
     if angle.fraction >= WIDTHS.stop - 2:
         return angle
@@ -163,11 +167,11 @@ def _wrapped(b: Builder, angle: Number) -> Number:
     if most > _MOST_TURNS:
         raise NoCircuitError("wrapping of an angle of many turns")
     turn = pi_fixed(fraction + guard + 1)
-    count: Signal = b.of(0)
+    count: CircuitSignal = b.of(0)
     for number in range(1, most + 1):
         above = -((half - (number << down)) // quotient)
         below = ((-number + 1 << down) - half - 1) // quotient
         count = count + (mantissa >= above) - (mantissa <= below)
     count = b.narrowed(count, -most, most)
     whole = b.pick(count + most, [number * turn for number in range(-most, most + 1)])
-    return Number((mantissa << guard) - whole, fraction + guard)
+    return ExactNumber((mantissa << guard) - whole, fraction + guard)
