@@ -187,3 +187,16 @@ def test_a_simulation_that_was_killed_is_cleared_up_by_the_next(
     next_one = ("simulate", tmp_path / "plan.json", "--random", "5", "--outputs", tmp_path / "o.csv")
     assert run(*next_one).exit_code == 0
     assert sorted(os.listdir(tmp_path)) == ["o.csv", "plan.json"]
+
+
+@pytest.mark.parametrize("option", ["--outputs", "--vcd"])
+def test_what_a_command_reads_it_does_not_replace(option: str, tmp_path: Path) -> None:
+    problem, rows = tmp_path / "p.yaml", tmp_path / "rows.csv"
+    problem.write_text(PROBLEM, encoding="utf-8")
+    rows.write_text("x\n0.75\n", encoding="utf-8")
+    for target in (problem, rows):
+        before = target.read_bytes()
+        end = run("simulate", problem, "--inputs", rows, option, target)
+        assert end.exit_code == 2
+        assert "which this command reads" in end.output
+        assert target.read_bytes() == before
