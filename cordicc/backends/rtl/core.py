@@ -79,7 +79,7 @@ class _Core:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._netlist = Netlist.of(plan)
-        self._depths = {fifo.id: fifo.depth for fifo in plan.fifos}
+        self._fifo = {fifo.id: fifo for fifo in plan.fifos}
         self.name = identifiers([plan.name])[plan.name]
         ports = identifiers([*plan.problem.input_names, *plan.outputs])
         self.inputs = tuple(
@@ -142,14 +142,18 @@ class _Core:
             operation.start % self._netlist.interval: uses.index(self._use(operation))
             for operation in cell.operations
         }
-        base = f"{self.name}_{cell.unit.kind}"
         circuit = unit_circuit("unit", self._plan.arithmetic, cell.unit.kind, uses, cell.unit.latency)
         for name, other in self.modules.items():
             if (other.cells, other.outputs, other.inputs) == (circuit.cells, circuit.outputs, circuit.inputs):
                 return name, modes
+        return self._added(cell.unit.kind, circuit), modes
+
+    def _added(self, what: str, circuit: Circuit) -> str:
+        """Return the name of a new module."""
+        base = f"{self.name}_{what}"
         name = f"{base}{sum(known.startswith(base) for known in self.modules) + 1}"
         self.modules[name] = Circuit(name, circuit.cells, circuit.inputs, circuit.outputs, circuit.notes)
-        return name, modes
+        return name
 
     def lines(self) -> Iterator[str]:
         plan, interval = self._plan, self._netlist.interval
@@ -226,7 +230,9 @@ class _Core:
             case InputWord(name):
                 return next(port.port for port in self.inputs if port.name == name)
             case FifoEnd(fifo):
-                return f"{fifo}_end" if self._depths[fifo] else self._text(self._netlist.fifos[fifo].driver)
+                return (
+                    f"{fifo}_end" if self._fifo[fifo].depth else self._text(self._netlist.fifos[fifo].driver)
+                )
             case UnitResult(unit, _):
                 return f"{unit}_{RESULTS[self._position(driver)]}"
         raise AssertionError(driver)
@@ -242,8 +248,10 @@ class _Core:
         match driver:
             case InputWord(name):
                 return self._format(name).width_bits
-            case FifoEnd(fifo):
+            case FifoEnd(fifo) if not self._fifo[fifo].depth:
                 return self._width(self._netlist.fifos[fifo].driver)
+            case FifoEnd(fifo):
+                return self._format(self._fifo[fifo].value).width_bits
             case UnitResult(unit, _):
                 module, _ = self._instances[unit]
                 circuit = self.modules[module]
@@ -267,13 +275,13 @@ class _Core:
             connection = self._netlist.fifos[fifo.id]
             if not fifo.depth:
                 continue
-            width, depth = self._width(connection.driver), fifo.depth
+            width, depth = self._format(fifo.value).width_bits, fifo.depth
             yield ""
             about = f"{fifo.value}, {depth} {'word' if depth == 1 else 'words'}"
             yield f"    // FIFO {fifo.id}: {comment(about)}."
             slot = connection.cycle % self._netlist.interval
             gate = "ce" if self._netlist.interval == 1 else f"ce && slot[{slot}]"
-            taken = f"{{{self._ok(connection.driver)}, {self._text(connection.driver)}}}"
+            taken = f"{{{self._ok(connection.driver)}, {self._sized(connection.driver, width)}}}"
             yield f"    reg [{depth * (width + 1) - 1}:0] {fifo.id};"
             if depth == 1:
                 yield f"    always @(posedge clk) if ({gate}) {fifo.id} <= {taken};"
@@ -386,10 +394,7 @@ class _Core:
         for name, other in self.modules.items():
             if other.cells == circuit.cells:
                 return name
-        base = f"{self.name}_rounding"
-        name = f"{base}{sum(known.startswith(base) for known in self.modules) + 1}"
-        self.modules[name] = Circuit(name, circuit.cells, circuit.inputs, circuit.outputs, circuit.notes)
-        return name
+        return self._added("rounding", circuit)
 
 
 def _literal(value: int, width: int) -> str:
