@@ -19,6 +19,7 @@ from cordicc.arith.circuits.units import PORTS, RESULTS, Plain, unit_circuit
 from cordicc.arith.circuits.uses import Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import BinaryPoint
+from cordicc.backends.rtl.module_text import literal
 from cordicc.backends.rtl.names import comment, identifiers
 from cordicc.plan.model import Operand, Operation, Plan
 from cordicc.plan.netlist import Cell, ConstantWord, Driver, FifoEnd, InputWord, Netlist, UnitResult
@@ -218,10 +219,10 @@ class _Core:
             width = port.format.width_bits
             lo, hi = (int(w) for w in port.format.encode(np.array([spec.lo, spec.hi])))
             if -port.format.largest_word <= lo and hi <= port.format.largest_word:
-                least, most = _literal(lo, width), _literal(hi, width)
+                least, most = literal(lo, width), literal(hi, width)
                 inside = f"({port.port} >= $signed({least})) && ({port.port} <= $signed({most}))"
             else:
-                inside = f"{port.port} != $signed({_literal(port.format.invalid_word, width)})"
+                inside = f"{port.port} != $signed({literal(port.format.invalid_word, width)})"
             yield f"    wire {port.port}_ok = {inside};"
 
     def _text(self, driver: Driver) -> str:
@@ -262,7 +263,7 @@ class _Core:
     def _sized(self, driver: Driver, width: int) -> str:
         """Return what a driver carries in a width."""
         if isinstance(driver, ConstantWord):
-            return _literal(int(self._plan.arithmetic.system.constant(driver.text).words), width)
+            return literal(int(self._plan.arithmetic.system.constant(driver.text).words), width)
         own, text = self._width(driver), self._text(driver)
         if own == width:
             return text
@@ -322,7 +323,7 @@ class _Core:
         if any(port.name == "mode" for port in circuit.inputs):
             width = next(circuit.cells[p.cell].width for p in circuit.inputs if p.name == "mode")
             numbers = sorted(set(modes.values()))
-            texts = [_literal(number, width) for number in numbers]
+            texts = [literal(number, width) for number in numbers]
             select = {slot: numbers.index(number) for slot, number in modes.items()}
             sized = f"[{width - 1}:0] " if width > 1 else ""
             yield f"    wire {sized}{id}_mode = {self._chosen(select, texts, width)};"
@@ -363,7 +364,7 @@ class _Core:
             if isinstance(driver, ConstantWord):
                 word = plan.arithmetic.system.constant(driver.text)
                 (value,) = port.format.encode(np.atleast_1d(word.values))
-                yield f"    wire signed [{width - 1}:0] {name}_word = {_literal(int(value), width)};"
+                yield f"    wire signed [{width - 1}:0] {name}_word = {literal(int(value), width)};"
                 continue
             value = plan.outputs[port.name].value
             assert value is not None
@@ -381,7 +382,7 @@ class _Core:
         yield f"    assign out_ok = {' && '.join(dict.fromkeys(oks)) or chr(49) + chr(39) + 'b1'};"
         for port in self.outputs:
             width = port.format.width_bits
-            invalid = _literal(port.format.invalid_word, width)
+            invalid = literal(port.format.invalid_word, width)
             yield f"    assign {port.port} = out_ok ? {port.port}_word : {invalid};"
 
     def _conversion(self, held: FixedPoint, delivered: FixedPoint) -> str:
@@ -395,8 +396,3 @@ class _Core:
             if other.cells == circuit.cells:
                 return name
         return self._added("rounding", circuit)
-
-
-def _literal(value: int, width: int) -> str:
-    value %= 1 << width
-    return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"

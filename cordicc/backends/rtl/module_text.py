@@ -88,8 +88,8 @@ class _Module:
             while first and first[-1] == last:
                 first.pop()
             for at, value in enumerate(first):
-                yield f"        {_literal(at, index.width)}: {name} = {_literal(value, cell.width)};"
-            yield f"        default: {name} = {_literal(cell.params[-1], cell.width)};"
+                yield f"        {literal(at, index.width)}: {name} = {literal(value, cell.width)};"
+            yield f"        default: {name} = {literal(cell.params[-1], cell.width)};"
             yield "    endcase"
         else:
             yield f"    wire {self._declared(number, name)} = {_TEXTS[cell.kind](self, cell)};"
@@ -147,7 +147,7 @@ class _Module:
         cell = self._cells[number]
         count = high - low + 1
         if cell.kind == "constant":
-            return _literal(cell.params[0] >> low, count)
+            return literal(cell.params[0] >> low, count)
         inside = min(high, cell.width - 1)
         texts = []
         if inside >= low:
@@ -175,7 +175,8 @@ class _Module:
         return self._cells[number]
 
 
-def _literal(value: int, width: int) -> str:
+def literal(value: int, width: int) -> str:
+    """Return an integer in a width, in two's complement."""
     value %= 1 << width
     return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"
 
