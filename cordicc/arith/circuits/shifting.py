@@ -1,0 +1,113 @@
+"""Blocks of circuits: lengths of numbers, shifts by them, products with constants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+
+
+def length_of(b: CircuitBuilder, size: CircuitSignal) -> CircuitSignal:
+    """Return the bits of a number that is not negative, 0 of 0."""
+    assert size.lo >= 0
+    bits = size.hi.bit_length()
+    # Zeros in front of a number of 2^k bits, half by half; the ones behind it end them.
+    places = 1 << max(0, (bits - 1).bit_length())
+    behind = places - bits
+    rest = (size << behind) + ((1 << behind) - 1)
+    zeros: CircuitSignal = b.of(0)
+    half = places // 2
+    while half:
+        top = rest >> half
+        none = top.equals(0)
+        zeros = zeros + (none << (half.bit_length() - 1))
+        rest = b.mux(none, top, b.low(rest, half))
+        half //= 2
+    if not behind:
+        zeros = zeros + ~rest
+    return b.narrowed(bits - zeros, 0, bits)
+
+
+def greater(b: CircuitBuilder, first: CircuitSignal, second: CircuitSignal) -> CircuitSignal:
+    """Return the larger of two numbers."""
+    return b.narrowed(
+        b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi)
+    )
+
+
+def limited(b: CircuitBuilder, count: CircuitSignal, most: int) -> CircuitSignal:
+    """Return a count of places, of more than `most` that many."""
+    if count.hi <= most:
+        return count
+    return b.narrowed(b.mux(count > most, count, most), count.lo, most)
+
+
+def shifted(b: CircuitBuilder, number: CircuitSignal, right: CircuitSignal, most: int) -> CircuitSignal:
+    """Return number / 2^right rounded half up; `right` may be negative.
+
+    Args:
+        b: the builder.
+        number: an integer.
+        right: how far it is shifted.
+        most: a count from which on the result is 0 in any case.
+    """
+    right = limited(b, right, most)
+    if right.lo == right.hi:
+        return b.rounded(number, right.lo)
+    if right.hi <= 0:
+        return b.shlv(number, -right)
+    lift = max(0, -right.lo)
+    return b.rounded(b.shrv(number << (lift + 1), right + lift), 1)
+
+
+def digits_of(constant: int) -> list[tuple[int, int]]:
+    """Return the canonical signed digits of a positive integer: places and signs, the highest first."""
+    found, place = [], 0
+    while constant:
+        if constant & 1:
+            sign = 2 - (constant & 3)
+            found.append((place, sign))
+            constant -= sign
+        constant >>= 1
+        place += 1
+    return found[::-1]
+
+
+def times(b: CircuitBuilder, number: CircuitSignal, constant: int, stages: int) -> CircuitSignal:
+    """Return a product with a positive constant: a tree of adders over its signed digits.
+
+    Args:
+        b: the builder, which goes on by `stages` cycles.
+        number: an integer.
+        constant: the factor.
+        stages: registers in the tree.
+    """
+    # Terms with their place and sign; pairs of them are added, the lower one shifted against the higher.
+    terms = [(number, place, sign) for place, sign in digits_of(constant)]
+    levels = max(1, (len(terms) - 1).bit_length())
+    after = {(level * levels) // (stages + 1) for level in range(1, stages + 1)} if stages else set()
+    left = stages
+    for level in range(1, levels + 1):
+        terms = [_pair(b, terms[at : at + 2]) for at in range(0, len(terms), 2)]
+        if level in after and left:
+            b.step()
+            left -= 1
+    b.step(left)
+    ((result, place, sign),) = terms
+    exact = result << place
+    exact = exact if sign > 0 else -exact
+    ends = (number.lo * constant, number.hi * constant)
+    return b.narrowed(exact, min(ends), max(ends))
+
+
+Term = tuple[CircuitSignal, int, int]
+
+
+def _pair(b: CircuitBuilder, terms: Sequence[Term]) -> Term:
+    if len(terms) == 1:
+        return terms[0]
+    (high, high_place, high_sign), (low, low_place, low_sign) = terms
+    raised = high << (high_place - low_place)
+    if high_sign == low_sign:
+        return raised + low, low_place, high_sign
+    return raised - low, low_place, high_sign

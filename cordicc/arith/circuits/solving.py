@@ -1,0 +1,170 @@
+"""The circuit of an implicit unit: B cos t + A sin t = C solved by turning (A, B) until y = C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.circular_solving import Solved, Start, circular
+from cordicc.arith.circuits.hyperbolic_solving import hyperbolic
+from cordicc.arith.circuits.shifting import times
+from cordicc.arith.circuits.uses import Modes, Use, format_of, of_system, word
+from cordicc.arith.circuits.words import WordResult, encoded, encoded_angle
+from cordicc.arith.kernels.reduction import SCALE_BITS
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable
+from cordicc.arith.unit.cau import Cau, implicit_table
+
+
+class _System(NamedTuple):
+    m: int
+    chosen: CircuitSignal
+    table: StepTable
+    start: Start
+    finish: Callable[[Start], Solved]
+
+
+def implicit_unit(
+    b: CircuitBuilder,
+    unit: Cau,
+    uses: tuple[Use, ...],
+    operands: tuple[CircuitSignal, ...],
+    mode: CircuitSignal,
+    *,
+    scale: int = 3,
+) -> tuple[WordResult | None, WordResult | None]:
+    """Return t and sqrt(A^2 + m B^2 - m C^2) as words.
+
+    Args:
+        b: the builder.
+        unit: the sizes of the unit, and its rule.
+        uses: what it is used for.
+        operands: the words A, B and C.
+        mode: the number of the use.
+        scale: registers in the product with the reciprocal gain.
+
+    Raises:
+        NoCircuitError: a use has none.
+    """
+    modes = Modes(b, mode, uses)
+    words = tuple(word(modes, bits, number) for number, bits in enumerate(operands))
+    begin, end = b.now, b.now
+    systems = []
+    for m, make in ((1, circular), (-1, hyperbolic)):
+        if any(use.m == m for use in uses):
+            b.now = begin
+            start, finish = make(b, modes, unit, words)
+            chosen = modes.which(of_system(m))
+            systems.append(_System(m, chosen, implicit_table(unit, m).steps, start, finish))
+            end = max(end, b.now)
+    b.now = end
+    state = systems[0].start
+    for system in systems[1:]:
+        state = Start(*(b.mux(system.chosen, x, y) for x, y in zip(state, system.start, strict=True)))
+    b.step()
+    state = _steps(b, state, systems, unit)
+    solved = systems[0].finish(state)
+    for system in systems[1:]:
+        solved = Solved(
+            *(b.mux(system.chosen, x, y) for x, y in zip(solved, system.finish(state), strict=True))
+        )
+    formats = [format_of(modes, number, unit.angle_bits) for number in range(2)]
+    results: list[WordResult | None] = [None, None]
+    begin = b.now
+    if formats[0] is not None:
+        b.step()
+        found = encoded_angle(b, solved.angle, -unit.angle_bits, formats[0], unit.angle_bits)
+        results[0] = WordResult(found.word, found.valid & solved.possible)
+    end, b.now = b.now, begin
+    if formats[1] is not None:
+        scaled = None
+        for system in systems:
+            b.now = begin
+            product = times(b, solved.rest, system.table.inverse_gain, scale)
+            own = b.rounded(product, system.table.coordinate_bits + 1 - SCALE_BITS)
+            scaled = own if scaled is None else b.mux(system.chosen, scaled, own)
+        assert scaled is not None
+        b.step()
+        found = encoded(b, scaled, solved.place - SCALE_BITS, formats[1])
+        results[1] = WordResult(found.word, found.valid & solved.possible)
+    b.now = max(b.now, end)
+    return results[0], results[1]
+
+
+def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Cau) -> Start:
+    """Turn (x, y) step by step until y is the target and x >= 0."""
+    largest = 8 << unit.fraction_bits
+    bent = b.of(0)
+    for system in systems:
+        bent = system.chosen if system.m == -1 else bent
+    root_free = unit.rule == "root-free"
+    for number in range(unit.iterations):
+        x, y, target, z = state.x, state.y, state.target, state.z
+        with b.scope(f"step{number + 1}"):
+            shifts = " or ".join(dict.fromkeys(f"2^-{system.table.shifts[number]}" for system in systems))
+            b.note(f"Step {number + 1}: by {'twice ' * root_free}the angle of {shifts}.")
+            up = b.named("up", _upwards(b, state, systems, number, bent))
+            moves = [_moves(b, state, system, number, root_free=root_free) for system in systems]
+            chosen = moves[0]
+            for system, other in zip(systems[1:], moves[1:], strict=True):
+                chosen = _Moves(*(b.mux(system.chosen, p, q) for p, q in zip(chosen, other, strict=True)))
+            x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
+            y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
+            target = b.named("target", b.narrowed(target + chosen.target, -largest, largest))
+            limit = max(12 << unit.angle_bits, -z.lo, z.hi)
+            z = b.named("z", b.narrowed(b.addsub(z, chosen.angle, ~up), -limit, limit))
+            state = state._replace(x=x, y=y, target=target, z=z)
+            b.step()
+    return state
+
+
+def _upwards(
+    b: CircuitBuilder, state: Start, systems: Sequence[_System], number: int, bent: CircuitSignal
+) -> CircuitSignal:
+    """Return whether a step turns towards greater y: to the target, back from x < 0, or to the end."""
+    x, y, target = state.x, state.y, state.target
+    gap = b.named("gap", target - y)
+    height = width = None
+    for system in systems:
+        stretched = system.table.stretched[number]
+        own = _before(b, state.height, stretched)
+        wide = _before(b, state.width, stretched)
+        height = own if height is None else b.mux(system.chosen, height, own)
+        width = wide if width is None else b.mux(system.chosen, width, wide)
+    assert height is not None
+    assert width is not None
+    close = (gap <= height) & (gap >= -height) & (x > 0) & (x <= width) & state.may_end
+    forward = b.mux(close, ~b.negative(gap), ~b.negative(target) ^ bent)
+    return b.mux(b.negative(x), forward, b.negative(y) ^ bent)
+
+
+def _before(b: CircuitBuilder, size: CircuitSignal, stretched: int) -> CircuitSignal:
+    """Return a threshold as it is before a step, from the gain so far as a share of the whole one."""
+    if stretched == SHARES:
+        return size
+    return (size * stretched + (SHARES - 1)) >> (SHARES.bit_length() - 1)
+
+
+class _Moves(NamedTuple):
+    """What a step adds or takes: x and y by the direction, and shortened; to the target; to z."""
+
+    x: CircuitSignal
+    y: CircuitSignal
+    short_x: CircuitSignal
+    short_y: CircuitSignal
+    target: CircuitSignal
+    angle: CircuitSignal
+
+
+def _moves(b: CircuitBuilder, state: Start, system: _System, number: int, *, root_free: bool) -> _Moves:
+    shift, angle = system.table.shifts[number], b.of(system.table.angles[number])
+    x, y, target = state.x, state.y, state.target
+    if root_free:
+        squares = [b.rounded(each, 2 * shift) for each in (x, y, target)]
+        if system.m < 0:
+            squares = [-each for each in squares]
+        short_x, short_y, grown = squares
+        return _Moves(b.rounded(y, shift - 1), b.rounded(x, shift - 1), short_x, short_y, grown, angle)
+    factor = system.table.target_factors[number]
+    grown = b.rounded(target * factor, FACTOR_BITS) if factor else b.of(0)
+    return _Moves(b.rounded(y, shift), b.rounded(x, shift), b.of(0), b.of(0), grown, angle)

@@ -1,0 +1,288 @@
+"""A circuit as the text of a Verilog-2005 module.
+
+Every operand is brought to the width of its expression in the text, so that no tool has to widen or cut one.
+Nothing is reset: registers hold data alone, and what is valid travels beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
+
+from cordicc.arith.circuits.circuit import Circuit, Gate
+
+_LINE = 110
+"""Characters of a line of the list of unused bits."""
+
+
+def module_text(circuit: Circuit, comments: Sequence[str] = ()) -> str:
+    """Return the module of a circuit, with comments above it."""
+    return "\n".join(_Module(circuit).lines(comments)) + "\n"
+
+
+class _Module:
+    def __init__(self, circuit: Circuit) -> None:
+        self._circuit = circuit
+        self._cells = circuit.cells
+        self._live = _live(circuit)
+        self._inputs = {port.cell: port.name for port in circuit.inputs}
+        self._outputs = {port.name for port in circuit.outputs}
+        self._read: dict[int, set[int]] = {number: set() for number in self._live}
+        self._taken = {
+            number: self._name(number) if cell.kind != "constant" else ""
+            for number, cell in enumerate(circuit.cells)
+        }
+
+    def lines(self, comments: Sequence[str]) -> Iterator[str]:
+        circuit = self._circuit
+        yield from (f"// {line}".rstrip() for line in comments)
+        yield "`default_nettype none"
+        yield ""
+        yield f"module {circuit.name} ("
+        clocked = any(self._cells[number].kind == "register" for number in self._live)
+        ports = ["input  wire clk", "input  wire ce"] if clocked else []
+        ports += [f"input  wire {self._declared(port.cell, port.name)}" for port in circuit.inputs]
+        ports += [f"output wire {self._declared(port.cell, port.name)}" for port in circuit.outputs]
+        yield from (f"    {port}," for port in ports[:-1])
+        yield f"    {ports[-1]}"
+        yield ");"
+        order = sorted(self._live, key=lambda number: (self._cells[number].cycle or 0, number))
+        body = [n for n in order if self._cells[n].kind not in ("input", "constant")]
+        for cycle, numbers in groupby(body, key=lambda number: self._cells[number].cycle):
+            yield from self._cycle(cycle or 0, list(numbers))
+        yield ""
+        for port in circuit.outputs:
+            text = self._whole(port.cell, self._cells[port.cell].width)
+            yield f"    assign {port.name} = {text};"
+        yield from self._unused()
+        yield "endmodule"
+        yield ""
+        yield "`default_nettype wire"
+
+    def _cycle(self, cycle: int, numbers: list[int]) -> Iterator[str]:
+        registers = [n for n in numbers if self._cells[n].kind == "register"]
+        yield ""
+        yield f"    // Cycle {cycle}."
+        for number in registers:
+            yield f"    reg {self._declared(number, self._taken[number])};"
+        if registers:
+            yield "    always @(posedge clk) if (ce) begin"
+            for number in registers:
+                source = self._cells[number].operands[0]
+                yield f"        {self._taken[number]} <= {self._whole(source, self._cells[number].width)};"
+            yield "    end"
+        for number in numbers:
+            if number in registers:
+                continue
+            if number in self._circuit.notes:
+                yield f"    // {self._circuit.notes[number]}"
+            yield from self._made(number)
+
+    def _made(self, number: int) -> Iterator[str]:
+        cell, name = self._cells[number], self._taken[number]
+        if cell.kind == "pick":
+            yield f"    reg {self._declared(number, name)};"
+            yield f"    always @* case ({self._whole(cell.operands[0])})"
+            index = self._cells[cell.operands[0]]
+            *first, last = cell.params
+            while first and first[-1] == last:
+                first.pop()
+            for at, value in enumerate(first):
+                yield f"        {literal(at, index.width)}: {name} = {literal(value, cell.width)};"
+            yield f"        default: {name} = {literal(cell.params[-1], cell.width)};"
+            yield "    endcase"
+        else:
+            yield f"    wire {self._declared(number, name)} = {_TEXTS[cell.kind](self, cell)};"
+
+    def _unused(self) -> Iterator[str]:
+        bits = []
+        for number in sorted(self._live):
+            cell = self._cells[number]
+            left = sorted(set(range(cell.width)) - self._read[number])
+            if cell.kind == "constant" or not left:
+                continue
+            for _, run in groupby(enumerate(left), key=lambda each: each[1] - each[0]):
+                places = [place for _, place in run]
+                bits.append(self._slice(number, places[0], places[-1]))
+        if bits:
+            yield ""
+            yield "    // Bits below the last place of a result, and above what its range needs."
+            line = "    wire unused_bits = &{1'b0"
+            for text in bits:
+                if len(line) + len(text) > _LINE:
+                    yield line + ","
+                    line = f"        {text}"
+                else:
+                    line += f", {text}"
+            yield line + "};"
+
+    def _name(self, number: int) -> str:
+        name = self._cells[number].name.rstrip("_")
+        return self._inputs.get(number) or (f"{name}_w" if name in self._outputs else name)
+
+    def _declared(self, number: int, name: str) -> str:
+        cell = self._cells[number]
+        signed = "signed " if cell.signed else ""
+        return f"{signed}[{cell.width - 1}:0] {name}" if cell.width > 1 or cell.signed else name
+
+    def _slice(self, number: int, low: int, high: int) -> str:
+        """Return bits that a signal has."""
+        cell, name = self._cells[number], self._taken[number]
+        if cell.width == 1 and not cell.signed:
+            return name
+        if (low, high) == (0, cell.width - 1):
+            return name
+        return f"{name}[{high}]" if low == high else f"{name}[{high}:{low}]"
+
+    def whole(self, number: int, width: int) -> str:
+        return self._whole(number, width)
+
+    def _whole(self, number: int, width: int | None = None) -> str:
+        """Return a signal in a width, 0 or its sign before it."""
+        cell = self._cells[number]
+        return self.part(number, 0, (cell.width if width is None else width) - 1)
+
+    def part(self, number: int, low: int, high: int) -> str:
+        """Return bits of a signal, which has any number of them: above its width are 0 or its sign."""
+        cell = self._cells[number]
+        count = high - low + 1
+        if cell.kind == "constant":
+            return literal(cell.params[0] >> low, count)
+        inside = min(high, cell.width - 1)
+        texts = []
+        if inside >= low:
+            texts = [self._slice(number, low, inside)]
+            self._read[number].update(range(low, inside + 1))
+        more = high - max(inside, low - 1)
+        if more:
+            if cell.signed:
+                self._read[number].add(cell.width - 1)
+                sign = self._slice(number, cell.width - 1, cell.width - 1)
+                texts.insert(0, sign if more == 1 else f"{{{more}{{{sign}}}}}")
+            else:
+                texts.insert(0, f"{more}'d0")
+        return texts[0] if len(texts) == 1 else "{" + ", ".join(texts) + "}"
+
+    def pair(self, cell: Gate) -> tuple[str, str, bool]:
+        """Return two operands in a common width, and whether they are signed."""
+        a, b = (self._cells[each] for each in cell.operands)
+        signed = a.signed or b.signed
+        width = max(each.width + (signed and not each.signed) for each in (a, b))
+        first, second = (self._whole(each, width) for each in cell.operands)
+        return (f"$signed({first})", f"$signed({second})", True) if signed else (first, second, False)
+
+    def cell(self, number: int) -> Gate:
+        return self._cells[number]
+
+
+def literal(value: int, width: int) -> str:
+    """Return an integer in a width, in two's complement."""
+    value %= 1 << width
+    return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"
+
+
+def _live(circuit: Circuit) -> set[int]:
+    """Return the cells that outputs depend on, and the inputs."""
+    found = {port.cell for port in circuit.inputs}
+    open_ = [port.cell for port in circuit.outputs]
+    while open_:
+        number = open_.pop()
+        if number not in found or circuit.cells[number].kind == "input":
+            found.add(number)
+            open_ += [each for each in circuit.cells[number].operands if each not in found]
+    return found
+
+
+def _sum(sign: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
+        return f" {sign} ".join(module.whole(each, cell.width) for each in cell.operands)
+
+    return text
+
+
+def _addsub(module: _Module, cell: Gate) -> str:
+    a, b, c = cell.operands
+    width = cell.width
+    mask = f"{{{width}{{{module.whole(c, 1)}}}}}"
+    return f"{module.whole(a, width)} + ({module.whole(b, width)} ^ {mask}) + {module.whole(c, width)}"
+
+
+def _negif(module: _Module, cell: Gate) -> str:
+    a, c = cell.operands
+    mask = f"{{{cell.width}{{{module.whole(c, 1)}}}}}"
+    return f"({module.whole(a, cell.width)} ^ {mask}) + {module.whole(c, cell.width)}"
+
+
+def _product(module: _Module, cell: Gate) -> str:
+    a, b = (module.whole(each, cell.width) for each in cell.operands)
+    if cell.signed:
+        return f"$signed({a}) * $signed({b})"
+    return f"{a} * {b}"
+
+
+def _left(module: _Module, cell: Gate) -> str:
+    (count,) = cell.params
+    return f"{{{module.whole(cell.operands[0], cell.width - count)}, {count}'d0}}"
+
+
+def _right(module: _Module, cell: Gate) -> str:
+    (count,) = cell.params
+    return module.part(cell.operands[0], count, count + cell.width - 1)
+
+
+def _rounded(module: _Module, cell: Gate) -> str:
+    (count,) = cell.params
+    (a,) = cell.operands
+    half = module.part(a, count - 1, count - 1)
+    carry = half if cell.width == 1 else f"{{{cell.width - 1}'d0, {half}}}"
+    return f"{module.part(a, count, count + cell.width - 1)} + {carry}"
+
+
+def _shifted(mark: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
+        a, count = cell.operands
+        n = module.whole(count, module.cell(count).width)
+        value = module.whole(a, cell.width)
+        if mark == ">>" and module.cell(a).signed:
+            return f"$signed({value}) >>> {n}"
+        return f"{value} {mark} {n}"
+
+    return text
+
+
+def _compared(mark: str) -> Callable[[_Module, Gate], str]:
+    def text(module: _Module, cell: Gate) -> str:
+        first, second, _ = module.pair(cell)
+        return f"{first} {mark} {second}"
+
+    return text
+
+
+def _mux(module: _Module, cell: Gate) -> str:
+    choice, a, b = cell.operands
+    return f"{module.whole(choice, 1)} ? {module.whole(b, cell.width)} : {module.whole(a, cell.width)}"
+
+
+_TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
+    "add": _sum("+"),
+    "addc": _sum("+"),
+    "sub": _sum("-"),
+    "addsub": _addsub,
+    "negif": _negif,
+    "mul": _product,
+    "shl": _left,
+    "shr": _right,
+    "round": _rounded,
+    "shlv": _shifted("<<"),
+    "shrv": _shifted(">>"),
+    "low": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
+    "lt": _compared("<"),
+    "eq": _compared("=="),
+    "and": _sum("&"),
+    "or": _sum("|"),
+    "xor": _sum("^"),
+    "not": lambda module, cell: f"~{module.whole(cell.operands[0], 1)}",
+    "mux": _mux,
+    "narrow": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
+    "cut": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
+}
