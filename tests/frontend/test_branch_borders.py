@@ -11,6 +11,7 @@ import pytest
 import cordicc
 from cordicc.frontend.load import load_problem
 from cordicc.ir.meaning.reference import reference_outputs
+from tests.support.selection import slow
 
 CONDITIONS = {
     "q < 0": lambda t: t <= 0,
@@ -62,7 +63,7 @@ def test_every_border_among_small_integers(tmp_path: Path, condition: str) -> No
             assert abs(error) < 1e-9, (each, values["q"][index], wanted)
 
 
-@pytest.mark.parametrize("target", ["kinematic", "fixed24"])
+@pytest.mark.parametrize("target", [slow("kinematic"), "fixed24"])
 def test_a_solution_that_is_always_pi_is_not_negative(tmp_path: Path, target: str) -> None:
     path = tmp_path / "pi.yaml"
     path.write_text(

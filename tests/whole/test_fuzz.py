@@ -60,6 +60,7 @@ def test_finds(find: str) -> None:
     assert loaded(json.dumps(data)) == end
 
 
+@pytest.mark.exhaustive(reason="compiles one find; quick ones compile problems of the same kind")
 def test_a_pair_whose_error_bounds_are_nan() -> None:
     """NumPy warned of bounds that are nan on every sample."""
     text = (
@@ -70,6 +71,7 @@ def test_a_pair_whose_error_bounds_are_nan() -> None:
     assert compiled(text) == "ok"
 
 
+@pytest.mark.exhaustive(reason="compiles one find; rows of pictures have quick tests in tests/backends")
 def test_a_row_of_the_picture_from_which_all_boxes_move_on() -> None:
     text = (
         "constants: {a: 0.3}\ninputs:\n  x: {range: [0.1, pi/2], unit: rad}\n  y: [-1, 1]\nequations:\n"

@@ -6,6 +6,7 @@ from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+from tests.support.imports import statements
 from tests.support.paths import PACKAGE as ROOT
 
 FLOORS = (
@@ -49,7 +50,7 @@ def parsed(path: Path) -> ast.Module:
 def imported(tree: ast.Module) -> set[str]:
     """The modules of the package that a module imports, at its start or later."""
     found = set()
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "cordicc":
             inner = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= (inner & set(MODULES)) or {str(node.module)}

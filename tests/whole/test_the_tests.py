@@ -9,6 +9,7 @@ from functools import cache
 
 import pytest
 
+from tests.support.imports import statements
 from tests.support.paths import ROOT
 from tests.support.selection import WITHOUT_QUICK_CASE
 
@@ -36,7 +37,7 @@ def parsed(module: str) -> ast.Module:
 def imported(module: str) -> dict[str, str]:
     """Return the dotted name that each imported name of a module stands for."""
     found = {}
-    for node in ast.walk(parsed(module)):
+    for node in statements(parsed(module)):
         if isinstance(node, ast.ImportFrom):
             found |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Import):
@@ -100,7 +101,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 def functions(module: str) -> dict[str, list[Function]]:
     """Return the functions and methods of a module by name."""
     found: dict[str, list[Function]] = {}
-    for node in ast.walk(parsed(module)):
+    for node in statements(parsed(module)):
         if isinstance(node, Function):
             found.setdefault(node.name, []).append(node)
     return found

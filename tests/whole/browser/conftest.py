@@ -10,7 +10,8 @@ import pytest
 from cordicc import artefacts
 from cordicc.plan.model import Plan
 from tests.support.browser.chromium import Page, browser, why_not
-from tests.support.plans import compiled, planned
+from tests.support.browser.drawn_plans import plan_of
+from tests.support.plans import compiled
 
 
 @pytest.fixture(scope="session")
@@ -34,9 +35,9 @@ def wheel_report(wheel: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def puma(examples_dir: Path) -> Plan:
-    """A large plan, without its accuracy, and larger still as it is found with little effort."""
-    return planned(examples_dir / "puma560.yaml", effort=0.01)
+def puma() -> Plan:
+    """A large plan, without its accuracy, that takes no search."""
+    return plan_of("random, 40 units")
 
 
 @pytest.fixture(scope="session")
