@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.scaled import Floating, added, normalised
+from cordicc.arith.circuits.shifting import greater
 from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction
 from cordicc.arith.kernels.blocks import WIDE_BITS
@@ -68,7 +69,7 @@ def vectoring(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what sqrt(x^2 - y^2) and z + artanh(y/x) begin with, and what makes them of its end."""
     x, y, z = words
-    finest = b.named("finest", _larger(b, x.fraction, y.fraction))
+    finest = b.named("finest", greater(b, x.fraction, y.fraction))
     a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     defined = b.size(c) < b.size(a)
     u, v = sum_and_difference(b, modes, unit, x, y)
@@ -78,7 +79,7 @@ def vectoring(
     ends = [
         b.mux(each.bits.equals(0), size.exponent, least) for each, size in zip((x, y), sizes, strict=True)
     ]
-    place = b.mux(modes.which(lambda use: use.slack.relative), 0, _larger(b, *ends))
+    place = b.mux(modes.which(lambda use: use.slack.relative), 0, greater(b, *ends))
     measured = _Measured.of(b, modes, unit, u, v, place)
 
     def finish(last: Turned, wanted: Wanted) -> Raws:
@@ -188,19 +189,13 @@ def ln2_multiple(b: CircuitBuilder, count: CircuitSignal, unit: Cau) -> CircuitS
     return b.rounded(count * ln2_fixed(LN2_BITS), LN2_BITS - unit.angle_bits)
 
 
-def _larger(b: CircuitBuilder, first: CircuitSignal, second: CircuitSignal) -> CircuitSignal:
-    return b.narrowed(
-        b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi)
-    )
-
-
 def sum_and_difference(
     b: CircuitBuilder, modes: Modes, unit: Cau, x: Word, y: Word
 ) -> tuple[Floating, Floating]:
     """Return x + y and x - y with mantissas of the unit's bits, in two cycles."""
     if any(_spread(use) + unit.operand_bits > WIDE_BITS for use in modes.uses if use.m == -1):
         raise NoCircuitError("a hyperbolic operation on binary points far apart")
-    finest = _larger(b, x.fraction, y.fraction)
+    finest = greater(b, x.fraction, y.fraction)
     a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     total, difference = b.named("total", a + c), b.named("difference", a - c)
     b.step()

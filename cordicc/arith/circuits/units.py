@@ -106,16 +106,14 @@ def _plain(
 ) -> WordResult:
     if uses[0].op in ("mul", "cmul"):
         return _product(b, system, uses, words, mode, latency)
-    found = None
-    for number, use in enumerate(uses):
+    results = []
+    for use in uses:
         numbers = [
             ExactNumber(word, f.fraction_bits, f.width_bits)
             for word, f in zip(words, use.operands, strict=False)
         ]
-        own = calculated(b, use.op, use.settings, numbers, use.result)
-        found = own if found is None else _chosen(b, mode.equals(number), found, own)
-    assert found is not None
-    return found
+        results.append(calculated(b, use.op, use.settings, numbers, use.result))
+    return _of_mode(b, mode, results)
 
 
 def _product(
@@ -145,14 +143,17 @@ def _product(
         exact = b.named("product", words[0] * second)
     if latency > 0:
         b.step()
-    found = None
+    results = []
     for number, use in enumerate(uses):
         other = factors[number][1] if factors else use.operands[1].fraction_bits
-        own = rounded(b, ExactNumber(exact, use.operands[0].fraction_bits + other), use.result)
-        found = own if found is None else _chosen(b, mode.equals(number), found, own)
-    assert found is not None
+        results.append(rounded(b, ExactNumber(exact, use.operands[0].fraction_bits + other), use.result))
+    return _of_mode(b, mode, results)
+
+
+def _of_mode(b: CircuitBuilder, mode: CircuitSignal, results: Sequence[WordResult]) -> WordResult:
+    """Return the result with the number of the mode."""
+    found = results[0]
+    for number, own in enumerate(results[1:], 1):
+        chosen = mode.equals(number)
+        found = WordResult(b.mux(chosen, found.word, own.word), b.mux(chosen, found.valid, own.valid))
     return found
-
-
-def _chosen(b: CircuitBuilder, choice: CircuitSignal, a: WordResult, other: WordResult) -> WordResult:
-    return WordResult(b.mux(choice, a.word, other.word), b.mux(choice, a.valid, other.valid))

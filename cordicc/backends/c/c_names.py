@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from cordicc.backends.identifiers import unique_identifiers
+
 _RESERVED = """
     alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept const
     consteval constexpr constinit const_cast continue co_await co_return co_yield decltype default delete do
@@ -20,19 +22,7 @@ _MACRO = re.compile(r"_.*|[A-Z][A-Z0-9_]{2,}")
 
 def identifiers(names: Iterable[str]) -> dict[str, str]:
     """Return a C identifier for each name, all different: the name itself where C allows it."""
-    found: dict[str, str] = {}
-    taken: set[str] = set()
-    for name in names:
-        made = re.sub(r"[^A-Za-z0-9_]", "_", name)
-        if not re.match(r"[A-Za-z]", made):
-            made = f"n{made}"
-        if made in _KEYWORDS or _MACRO.fullmatch(made):
-            made += "_"
-        while made in taken:
-            made += "_"
-        taken.add(made)
-        found[name] = made
-    return found
+    return unique_identifiers(names, lambda made: made in _KEYWORDS or _MACRO.fullmatch(made))
 
 
 def comment(text: str) -> str:

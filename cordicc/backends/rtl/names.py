@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
+
+from cordicc.backends.identifiers import unique_identifiers
 
 _RESERVED = """
     always and assign automatic begin buf bufif0 bufif1 case casex casez cell cmos config deassign default
@@ -26,21 +27,9 @@ _KEYWORDS = frozenset(_RESERVED.split())
 """Of Verilog and of SystemVerilog, and the ports that every core has."""
 
 
-def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+def identifiers(names: Iterable[str]) -> dict[str, str]:
     """Return a Verilog identifier for each name, all different: the name itself where Verilog allows it."""
-    found: dict[str, str] = {}
-    used = set(taken)
-    for name in names:
-        made = re.sub(r"[^A-Za-z0-9_]", "_", name)
-        if not re.match(r"[A-Za-z]", made):
-            made = f"n{made}"
-        if made in _KEYWORDS:
-            made += "_"
-        while made in used:
-            made += "_"
-        used.add(made)
-        found[name] = made
-    return found
+    return unique_identifiers(names, _KEYWORDS.__contains__)
 
 
 def comment(text: str) -> str:
