@@ -1,16 +1,19 @@
-"""Builds circuits: arithmetic on signals, whose ranges follow, and registers where operands have to wait.
+"""Builds circuits: arithmetic on signals, whose ranges follow, in as many cycles as a clock period asks for.
 
-The builder stands in one cycle, to which every operand that exists earlier is delayed; `step` goes on to the
-next.  So moving work between pipeline stages is moving a call of `step`.
+A cell is in the cycle in which the last of its operands exists, or in the next one if its result would come
+too late in that; operands that exist earlier wait in registers.  So the depth of a pipeline follows from the
+delays of its cells and from the period.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from cordicc.arith.circuits.circuit import SIGNAL_NAMES, Circuit, Gate, Port, width_of
+from cordicc.arith.circuits.circuit import SIGNAL_NAMES, Circuit, Gate, Port, pruned, width_of
+from cordicc.arith.circuits.delays import COMBINATIONAL, Clocking
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,28 +103,56 @@ Operand = CircuitSignal | int
 class CircuitBuilder:
     """A circuit while it is built."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, clocking: Clocking = COMBINATIONAL) -> None:
         self.name = name
         self.cells: list[Gate] = []
-        self.now = 0
+        self.clocking = clocking
+        self._arrivals: list[float] = []
         self._made: dict[tuple[object, ...], int] = {}
         self._later: dict[int, int] = {}
         self._inputs: list[Port] = []
-        self._outputs: list[Port] = []
+        self._outputs: list[tuple[str, CircuitSignal]] = []
         self._notes: dict[int, str] = {}
         self._note: str | None = None
         self._names: set[str] = set()
         self._scope: list[str] = []
 
-    def circuit(self) -> Circuit:
-        """Return what was built."""
-        return Circuit(
-            self.name, tuple(self.cells), tuple(self._inputs), tuple(self._outputs), dict(self._notes)
-        )
+    def cycles(self) -> int:
+        """Return the cycles after which all outputs are in registers, 0 if nothing is clocked."""
+        if self.clocking.period_ns == math.inf:
+            return 0
+        last = max((signal.cell.cycle or 0 for _, signal in self._outputs), default=0)
+        ends = [s for _, s in self._outputs if s.cell.cycle == last and self._arrivals[s.number] > 0]
+        return last + bool(ends)
 
-    def step(self, count: int = 1) -> None:
-        """Go on to a later cycle."""
-        self.now += count
+    def circuit(self, latency: int | None = None) -> Circuit:
+        """Return what was built, with all outputs after some cycles, those that they need if None.
+
+        Raises:
+            ValueError: the outputs need more cycles.
+        """
+        cycles = self.cycles() if latency is None else latency
+        if cycles < self.cycles():
+            raise ValueError(f"{self.name} takes {self.cycles()} cycles, not {cycles}")
+        outputs = [Port(name, self._at(signal, cycles).number) for name, signal in self._outputs]
+        return pruned(self.name, self.cells, self._inputs, outputs, self._notes)
+
+    def together(self, signals: Sequence[CircuitSignal], ahead_ns: float) -> list[CircuitSignal]:
+        """Return signals as they exist in one cycle, in which what takes some time yet can follow."""
+        clocked = [signal for signal in signals if signal.cell.cycle is not None]
+        cycle = max((signal.cell.cycle or 0 for signal in clocked), default=0)
+        late = max((self._arrivals[s.number] for s in clocked if s.cell.cycle == cycle), default=0.0)
+        if late > 0 and late + ahead_ns > self.clocking.period_ns:
+            cycle += 1
+        return [self._at(signal, cycle) for signal in signals]
+
+    def taken_ns(self, before: Sequence[CircuitSignal], after: Sequence[CircuitSignal]) -> float:
+        """Return the time from signals to others, infinite if they are not in the same cycle."""
+        cycles = {signal.cell.cycle for signal in (*before, *after)} - {None}
+        if len(cycles) > 1:
+            return math.inf
+        start, end = (max(self._arrivals[each.number] for each in signals) for signals in (before, after))
+        return end - start
 
     def note(self, text: str) -> None:
         """Say something of the cells that follow."""
@@ -135,7 +166,7 @@ class CircuitBuilder:
         self._scope.pop()
 
     def input(self, name: str, lo: int, hi: int) -> CircuitSignal:
-        """Return an input that exists now, with its range."""
+        """Return an input with its range."""
         made = self._cell("input", (), (), lo, hi, name=name)
         self._inputs.append(Port(name, made.number))
         return made
@@ -145,8 +176,8 @@ class CircuitBuilder:
         return self.input(name, -(1 << (width - 1)), (1 << (width - 1)) - 1)
 
     def output(self, name: str, signal: Operand) -> None:
-        """Let a signal leave now."""
-        self._outputs.append(Port(name, self._here(self.of(signal)).number))
+        """Let a signal leave."""
+        self._outputs.append((name, self.of(signal)))
 
     def of(self, value: Operand) -> CircuitSignal:
         """Return a signal, of an integer a constant one."""
@@ -171,6 +202,10 @@ class CircuitBuilder:
             return a
         if a.lo == a.hi == 0:
             return b
+        for one, other in ((a, b), (b, a)):
+            floor, half = self._parts(other)
+            if half is not None:
+                return self._cell("addc", (one, floor, half), (), a.lo + b.lo, a.hi + b.hi)
         return self._cell("add", (a, b), (), a.lo + b.lo, a.hi + b.hi)
 
     def addc(self, a: Operand, b: Operand, carry: CircuitSignal) -> CircuitSignal:
@@ -183,13 +218,31 @@ class CircuitBuilder:
         a, b = self.of(a), self.of(b)
         if b.lo == b.hi == 0:
             return a
+        floor, half = self._parts(b)
+        if half is not None:
+            parts = (a, floor, self.of(1), self.invert(half))
+            return self._cell("addsub", parts, (), a.lo - b.hi, a.hi - b.lo)
         return self._cell("sub", (a, b), (), a.lo - b.hi, a.hi - b.lo)
 
     def addsub(self, a: Operand, b: Operand, minus: CircuitSignal) -> CircuitSignal:
-        """Return a - b where a bit is 1, else a + b: one chain of carries."""
+        """Return a - b where a bit is 1, else a + b: one chain of carries, even if b is a rounded number."""
         a, b = self.of(a), self.of(b)
+        if b.lo == b.hi == 0:
+            return a
+        if minus.lo == minus.hi:
+            return self.sub(a, b) if minus.lo else self.add(a, b)
         ends = (a.lo + b.lo, a.lo - b.hi), (a.hi + b.hi, a.hi - b.lo)
-        return self._cell("addsub", (a, b, minus), (), min(ends[0]), max(ends[1]))
+        floor, half = self._parts(b)
+        carry = minus if half is None else half ^ minus
+        return self._cell("addsub", (a, floor, minus, carry), (), min(ends[0]), max(ends[1]))
+
+    def _parts(self, a: CircuitSignal) -> tuple[CircuitSignal, CircuitSignal | None]:
+        """Return what a rounded number is rounded down, and the bit that is added to it."""
+        if a.cell.kind != "round":
+            return a, None
+        (number,), (count,) = a.cell.operands, a.cell.params
+        inner = CircuitSignal(self, number)
+        return self.shr(inner, count), self.bit(inner, count - 1)
 
     def negif(self, a: Operand, minus: CircuitSignal) -> CircuitSignal:
         """Return -a where a bit is 1, else a."""
@@ -229,18 +282,34 @@ class CircuitBuilder:
         half = 1 << (count - 1)
         return self._cell("round", (a,), (count,), (a.lo + half) >> count, (a.hi + half) >> count)
 
-    def shlv(self, a: Operand, count: CircuitSignal) -> CircuitSignal:
-        """Return a 2^count."""
-        a = self.of(a)
-        ends = [a.lo << count.lo, a.lo << count.hi], [a.hi << count.lo, a.hi << count.hi]
-        return self._cell("shlv", (a, count), (), min(ends[0]), max(ends[1]))
+    def shlv(
+        self, a: Operand, count: CircuitSignal, within: tuple[int, int] | None = None
+    ) -> CircuitSignal:
+        """Return a 2^count, a multiplexer a bit of the count; it is known to lie within a range perhaps."""
+        found = self.of(a)
+        for place in reversed(range(count.hi.bit_length())):
+            found = self.mux(self.bit(count, place), found, found << (1 << place))
+            if within is not None:
+                found = self.narrowed(found, *within)
+        return found if within is not None else self._between(found, self.of(a), count, self.shl)
 
     def shrv(self, a: Operand, count: CircuitSignal) -> CircuitSignal:
-        """Return a / 2^count rounded down."""
-        a = self.of(a)
-        ends = [a.lo >> count.lo, a.lo >> count.hi], [a.hi >> count.lo, a.hi >> count.hi]
-        whole = self._cell("shrv", (a, count), (), min(a.lo, 0), max(a.hi, 0))
-        return self.narrowed(whole, min(ends[0]), max(ends[1]))
+        """Return a / 2^count rounded down, a multiplexer a bit of the count."""
+        found = self.of(a)
+        for place in reversed(range(count.hi.bit_length())):
+            found = self.mux(self.bit(count, place), found, found >> (1 << place))
+        return self._between(found, self.of(a), count, self.shr)
+
+    def _between(
+        self,
+        found: CircuitSignal,
+        a: CircuitSignal,
+        count: CircuitSignal,
+        shift: Callable[[int, int], CircuitSignal],
+    ) -> CircuitSignal:
+        """Return a shifted number with the range that the ends of the count leave."""
+        ends = [(shift(a.lo, n).lo, shift(a.hi, n).hi) for n in (count.lo, count.hi)]
+        return self.narrowed(found, min(low for low, _ in ends), max(high for _, high in ends))
 
     def roundedv(self, a: CircuitSignal, count: CircuitSignal) -> CircuitSignal:
         """Return a / 2^count rounded half up."""
@@ -335,9 +404,9 @@ class CircuitBuilder:
         both = self.mux(self.less(hi, a), low, hi)
         return self.narrowed(both, lo.lo, hi.hi)
 
-    def _here(self, signal: CircuitSignal) -> CircuitSignal:
-        """Return a signal as it exists now."""
-        while signal.cell.cycle is not None and signal.cell.cycle < self.now:
+    def _at(self, signal: CircuitSignal, cycle: int) -> CircuitSignal:
+        """Return a signal as it exists in a cycle, behind registers."""
+        while signal.cell.cycle is not None and signal.cell.cycle < cycle:
             later = self._later.get(signal.number)
             if later is None:
                 cell = signal.cell
@@ -348,9 +417,9 @@ class CircuitBuilder:
                 self.cells.append(
                     Gate("register", (signal.number,), (), cell.lo, cell.hi, cell.cycle + 1, name)
                 )
+                self._arrivals.append(0.0)
                 self._later[signal.number] = later
             signal = CircuitSignal(self, later)
-        assert signal.cell.cycle in (None, self.now), f"{signal.cell.name} is not there yet"
         return signal
 
     def _cell(
@@ -362,21 +431,26 @@ class CircuitBuilder:
         hi: int,
         name: str | None = None,
     ) -> CircuitSignal:
-        here = [self._here(each) for each in operands]
         if kind not in ("input", "constant") and lo == hi:
             return self.of(lo)
-        numbers = tuple(each.number for each in here)
-        key = (kind, numbers, params, lo, hi)
+        key = (kind, *(each.number for each in operands), params, lo, hi)
         if name is None and key in self._made:
             return CircuitSignal(self, self._made[key])
-        constant = kind == "constant" or (bool(here) and all(each.cell.cycle is None for each in here))
-        cycle = None if constant else self.now
+        cycles = [each.cell.cycle for each in operands if each.cell.cycle is not None]
+        constant = kind == "constant" or (bool(operands) and not cycles)
+        cycle = max(cycles, default=0)
+        start = max((self._arrivals[each.number] for each in operands if each.cell.cycle == cycle), default=0.0)
+        taken = 0.0 if constant else self.clocking.delay_ns(kind, [each.cell for each in operands], lo, hi)
+        if start > 0 and taken > 0 and start + taken > self.clocking.period_ns:
+            cycle, start = cycle + 1, 0.0
+        numbers = tuple(self._at(each, cycle).number for each in operands)
         number = len(self.cells)
         if name is None:
             name = self._unique("_".join([*self._scope, SIGNAL_NAMES.get(kind, kind)])) + "_"
         else:
             self._names.add(name)
-        self.cells.append(Gate(kind, numbers, params, lo, hi, cycle, name))
+        self.cells.append(Gate(kind, numbers, params, lo, hi, None if constant else cycle, name))
+        self._arrivals.append(self.clocking.entry_ns if kind == "input" else start + taken)
         self._made[key] = number
         if self._note is not None and kind != "constant":
             self._notes[number] = self._note

@@ -7,8 +7,8 @@ operand on to the next one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 CELLS = {
     "input": "a port",
@@ -17,14 +17,12 @@ CELLS = {
     "add": "a + b",
     "addc": "a + b + c, c a bit",
     "sub": "a - b",
-    "addsub": "a - b where the bit c is 1, else a + b",
+    "addsub": "a + d + b, or a + d - b - 1 where the bit c is 1, d a bit",
     "negif": "-a where the bit c is 1, else a",
     "mul": "a * b",
     "shl": "a * 2^k",
     "shr": "a / 2^k rounded down",
     "round": "a / 2^k rounded half up",
-    "shlv": "a * 2^n",
-    "shrv": "a / 2^n rounded down",
     "low": "a modulo 2^k",
     "lt": "1 where a < b",
     "eq": "1 where a = b",
@@ -50,8 +48,6 @@ SIGNAL_NAMES = {
     "shl": "wide",
     "shr": "high",
     "round": "rounded",
-    "shlv": "raised",
-    "shrv": "lowered",
     "low": "part",
     "lt": "less",
     "eq": "equal",
@@ -136,3 +132,27 @@ class Circuit:
     def registers(self) -> int:
         """Return the bits of all registers."""
         return sum(cell.width for cell in self.cells if cell.kind == "register")
+
+
+def pruned(
+    name: str,
+    cells: Sequence[Gate],
+    inputs: Sequence[Port],
+    outputs: Sequence[Port],
+    notes: Mapping[int, str],
+) -> Circuit:
+    """Return a circuit of the cells that outputs depend on, and of its inputs."""
+    live = {port.cell for port in (*inputs, *outputs)}
+    for number in reversed(range(len(cells))):
+        if number in live:
+            live.update(cells[number].operands)
+    place = {old: new for new, old in enumerate(sorted(live))}
+    return Circuit(
+        name,
+        tuple(
+            replace(cells[old], operands=tuple(place[each] for each in cells[old].operands)) for old in place
+        ),
+        tuple(Port(port.name, place[port.cell]) for port in inputs),
+        tuple(Port(port.name, place[port.cell]) for port in outputs),
+        {place[old]: text for old, text in notes.items() if old in place},
+    )

@@ -20,25 +20,18 @@ def rotation(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
-    begin = b.now
     quadrant, angle = _reduced(b, modes, z, unit)
-    end, b.now = b.now, begin
     joined = block(b, (x, y), unit.fraction_bits)
-    b.step()
-    b.now = max(b.now, end)
     p, q = joined.mantissas
     odd, half = b.bit(quadrant, 0), b.bit(quadrant, 1)
     start = Turned(b.negif(b.mux(odd, p, q), odd ^ half), b.negif(b.mux(odd, q, p), half), angle)
 
     def finish(last: Turned, wanted: Wanted) -> Raws:
         exponent = joined.exponent - (unit.fraction_bits + SCALE_BITS)
-        begin, end = b.now, b.now
-        found: list[Raw | None] = []
-        for coordinate, taken in zip((last.x, last.y), wanted, strict=True):
-            b.now = begin
-            found.append(Raw(scale(1, coordinate), exponent, b.of(1)) if taken else None)
-            end = max(end, b.now)
-        b.now = end + 1
+        found = [
+            Raw(scale(1, coordinate), exponent, b.of(1)) if taken else None
+            for coordinate, taken in zip((last.x, last.y), wanted, strict=True)
+        ]
         return found[0], found[1]
 
     return start, finish
@@ -53,35 +46,30 @@ def vectoring(
     zero = x.bits.equals(0) & y.bits.equals(0)
     left, down, up = b.negative(x.bits), b.negative(y.bits), y.bits > 0
     joined = block(b, (x, y), unit.fraction_bits)
-    b.step()
     ahead, across = (b.negif(each, left) for each in joined.mantissas)
     alone = all(use.function == "vector_circular" for use in modes.uses)
     ahead = b.narrowed(ahead, 0, ahead.hi, loose=not alone)
     start = Turned(ahead, across, b.mux(left, 0, b.mux(down, half_turn, -half_turn)))
 
     def finish(last: Turned, wanted: Wanted) -> Raws:
-        begin, end = b.now, b.now
         norm = angle = None
         if wanted[0]:
             # The norm of no vector is 0.
             scaled = scale(1, b.mux(zero, last.x, 0))
             norm = Raw(scaled, joined.exponent - (unit.fraction_bits + SCALE_BITS), b.of(1))
-            end = b.now
         if wanted[1]:
-            b.now = begin
             least, most = b.mux(down, 0, -half_turn), b.mux(up | left, 0, half_turn)
             turned = b.clipped(last.z, least, most)
             minus = modes.which(lambda use: use.sign < 0)
             total = b.addsub(at_fraction(b, z, unit.angle_bits), turned, minus)
             angle = Raw(total, b.of(-unit.angle_bits), ~zero)
-        b.now = max(end, b.now) + 1
         return norm, angle
 
     return start, finish
 
 
 def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[CircuitSignal, CircuitSignal]:
-    """Return the quadrant of an angle, 0 to 3, and the rest with the unit's angle bits, in two cycles."""
+    """Return the quadrant of an angle, 0 to 3, and the rest with the unit's angle bits."""
     tables = [_quarters(use, unit) for use in modes.uses]
     finest = max(table.fraction_bits for table in tables)
     most = max(len(table.thresholds) for table in tables)
@@ -104,7 +92,6 @@ def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[Circu
         count = count + (fine >= threshold) - (fine <= -threshold)
     count = b.named("quarters", b.narrowed(count, -most, most))
     quadrant = b.low(count, 2)
-    b.step()
     whole: CircuitSignal = b.of(0)
     size = b.size(count)
     for number in range(1, most + 1):
@@ -115,7 +102,6 @@ def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[Circu
         alone = all(use.function == "rotate_circular" for use in modes.uses)
         rest = b.narrowed(b.addsub(fine, whole, ~b.negative(count)), -eighth, eighth, loose=not alone)
     angle = b.rounded(rest, finest - unit.angle_bits)
-    b.step()
     return quadrant, b.named("angle", angle)
 
 

@@ -53,7 +53,6 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     alone, none = no_a | no_b, no_a & no_b
     one_sign = no_a & (B > 0)
     negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
-    b.step()
     near = NearColumns.of(modes, {n: table.reach for n, table in tables.items()}, place)
     x, y, target = joined.mantissas
     # The start is turned to x >= 0; branch "+" is the mirror image.
@@ -69,7 +68,6 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     end = z + b.negif(across, b.negative(target))
     width = near.width(size, unit.fraction_bits)
     if next(iter(tables.values())).quarter_turns:
-        b.step()
         up = b.negative(y) & ~b.negative(target)
         back = ~b.negative(y) & b.negative(target)
         flat = b.mux(back, b.mux(up, x, -y), y)

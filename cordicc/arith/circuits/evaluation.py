@@ -44,7 +44,7 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> list[Integers
 def _prepared(cell: Gate, circuit: Circuit, operands: list[Integers]) -> list[Integers]:
     """Return operands as Python's integers if the result may not fit, even on the way to it."""
     bits = cell.width + 2
-    if cell.kind in ("shlv", "shrv", "round", "addsub"):
+    if cell.kind in ("round", "addsub"):
         bits += 1
     if bits <= _FITS and all(each.dtype != object for each in operands):
         return operands
@@ -72,14 +72,12 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "add": lambda cell, a, b: a + b,
     "addc": lambda cell, a, b, c: a + b + c,
     "sub": lambda cell, a, b: a - b,
-    "addsub": lambda cell, a, b, c: a + b * (1 - 2 * c),
+    "addsub": lambda cell, a, b, c, d: a + b * (1 - 2 * c) - c + d,
     "negif": lambda cell, a, c: a * (1 - 2 * c),
     "mul": lambda cell, a, b: a * b,
     "shl": lambda cell, a: a << cell.params[0],
     "shr": lambda cell, a: a >> min(cell.params[0], 63 if a.dtype != object else cell.params[0]),
     "round": lambda cell, a: ((a >> (cell.params[0] - 1)) + 1) >> 1,
-    "shlv": lambda cell, a, n: a << n,
-    "shrv": lambda cell, a, n: a >> n,
     "low": lambda cell, a: a & ((1 << cell.params[0]) - 1),
     "lt": lambda cell, a, b: _bit(a < b),
     "eq": lambda cell, a, b: _bit(a == b),

@@ -27,38 +27,29 @@ def rotation(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
-    begin = b.now
     limit = _SATURATED << unit.angle_bits
     fixed = b.named("fixed", b.clipped(at_fraction(b, z, unit.angle_bits), -limit, limit))
-    b.step()
     down = unit.angle_bits - 16
     coarse = fixed >> down if down >= 0 else fixed << -down
     doublings = b.named("doublings", b.rounded(coarse * inverse_ln2_fixed(30), 46))
-    b.step()
     rest = fixed - ln2_multiple(b, doublings, unit)
     within = math.ceil(math.ldexp(0.36, unit.angle_bits))
     alone = all(use.function == "rotate_hyperbolic" for use in modes.uses)
     rest = b.narrowed(rest, -within, within, loose=not alone)
-    end, b.now = b.now, begin
     u, v = sum_and_difference(b, modes, unit, x, y)
-    b.now = max(end, b.now)
     start = Turned(
         b.rounded(u.mantissa + v.mantissa, 1), b.rounded(u.mantissa - v.mantissa, 1), b.named("angle", rest)
     )
     no_u, no_v = u.mantissa.equals(0), v.mantissa.equals(0)
 
     def finish(last: Turned, wanted: Wanted) -> Raws:
-        begin = b.now
         grown = Floating(scale(-1, b.mux(no_u, last.x + last.y, 0)), u.exponent + doublings - SCALE_BITS)
-        b.now = begin
         shrunk = Floating(scale(-1, b.mux(no_v, last.x - last.y, 0)), v.exponent - doublings - SCALE_BITS)
-        b.step()
         # Half of the sum and of the difference.
         results = []
         for mantissa, taken in zip((shrunk.mantissa, -shrunk.mantissa), wanted, strict=True):
             total = added(b, grown, Floating(mantissa, shrunk.exponent)) if taken else None
             results.append(None if total is None else Raw(total.mantissa, total.exponent - 1, b.of(1)))
-        b.step()
         return results[0], results[1]
 
     return start, finish
@@ -97,7 +88,6 @@ def lightcone(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what sqrt(u v) and ln(u/v)/2 begin with, and what makes them of its end."""
     u, v = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words[:2])
-    b.step()
     p, q = words[0].bits, words[1].bits
     defined = ~(b.negative(p) ^ b.negative(q)) & ~p.equals(0) & ~q.equals(0)
     measured = _Measured.of(b, modes, unit, u, v, b.of(0))
@@ -127,7 +117,6 @@ class _Measured(NamedTuple):
         bits = unit.fraction_bits
         sizes = [normalised(b, b.size(each.mantissa), each.exponent, bits) for each in (u, v)]
         no_u, no_v = u.mantissa.equals(0), v.mantissa.equals(0)
-        b.step()
         odd = b.low(sizes[0].exponent + sizes[1].exponent, 1)
         smaller = sizes[0].mantissa < sizes[1].mantissa
         lifts = (odd & smaller, odd & ~smaller)
@@ -156,18 +145,13 @@ class _Measured(NamedTuple):
     ) -> Raws:
         """Return root and angle."""
         b = self.b
-        begin, end = b.now, b.now
         root = angle = None
         if wanted[0]:
             scaled = scale(-1, b.mux(self.zero, last.x, 0))
             root = Raw(scaled, self.half - SCALE_BITS, ~self.apart)
-            end = b.now
         if wanted[1]:
-            b.now = begin
             turned = last.z + ln2_multiple(b, self.doublings, self.unit)
-            b.step()
             angle = Raw(total(turned), b.of(-self.unit.angle_bits), defined)
-        b.now = max(end, b.now) + 1
         return root, angle
 
 
@@ -192,15 +176,13 @@ def ln2_multiple(b: CircuitBuilder, count: CircuitSignal, unit: Cau) -> CircuitS
 def sum_and_difference(
     b: CircuitBuilder, modes: Modes, unit: Cau, x: Word, y: Word
 ) -> tuple[Floating, Floating]:
-    """Return x + y and x - y with mantissas of the unit's bits, in two cycles."""
+    """Return x + y and x - y with mantissas of the unit's bits."""
     if any(_spread(use) + unit.operand_bits > WIDE_BITS for use in modes.uses if use.m == -1):
         raise NoCircuitError("a hyperbolic operation on binary points far apart")
     finest = greater(b, x.fraction, y.fraction)
     a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     total, difference = b.named("total", a + c), b.named("difference", a - c)
-    b.step()
     u, v = (normalised(b, each, -finest, unit.fraction_bits) for each in (total, difference))
-    b.step()
     return u, v
 
 

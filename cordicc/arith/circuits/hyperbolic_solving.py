@@ -21,9 +21,7 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
     bits = unit.fraction_bits
     tables = {n: implicit_table(unit, -1, use.slack) for n, use in enumerate(modes.uses) if use.m == -1}
     reaches = {n: table.reach for n, table in tables.items()}
-    begin = b.now
     vertex = block(b, (B, C), bits)
-    b.now = begin
     known = NearColumns.of(modes, reaches, vertex.exponent - bits)
     flipped = b.negative(C.bits)
     a, d, c = (Word(b.negif(each.bits, flipped), each.fraction) for each in (A, B, C))
@@ -41,7 +39,6 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
         for x, y in ((p, q), (q, p))
     )
     doublings = b.named("doublings", _estimate(b, p, q, target))
-    b.step()
     vector = _vector_of(
         b,
         unit,
@@ -105,7 +102,6 @@ def _vector_of(
         right = b.narrowed(b.mux(each.mantissa.equals(0), right, 0), own - bits - GUARD_BITS, right.hi)
         limit = 1 << (bits + GUARD_BITS)
         moved.append(b.narrowed(shifted(b, each.mantissa, right, each.mantissa.width + 1), -limit, limit))
-    b.step()
     first, second, target = moved
     x, y = first - second, first + second
     size = greater(b, greater(b, b.size(x), b.size(y)), b.size(target))

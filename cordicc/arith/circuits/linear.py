@@ -18,7 +18,6 @@ def rotation(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what y + x z begins with, and what makes results of its end."""
     x, y, z = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words)
-    b.step()
     bits = unit.fraction_bits + 1
     start = Turned(
         x.mantissa << (bits - unit.operand_bits), b.of(0), z.mantissa << (unit.angle_bits - unit.operand_bits)
@@ -31,7 +30,6 @@ def rotation(
             return first, None
         product = Floating(b.mux(zero, last.y, 0), x.exponent + z.exponent + (2 * unit.operand_bits - bits))
         total = _sum(b, unit, product, bits, y)
-        b.step()
         return first, Raw(total.mantissa, total.exponent, b.of(1))
 
     return start, finish
@@ -42,7 +40,6 @@ def vectoring(
 ) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
     """Return what y/x begins with, and what makes results of its end."""
     x, y, z = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words)
-    b.step()
     bits = unit.fraction_bits + 1
     lift = bits - unit.operand_bits
     start = Turned(b.size(x.mantissa) << lift, y.mantissa << lift, b.of(0))
@@ -56,7 +53,6 @@ def vectoring(
         quotient = b.mux(zero, b.negif(last.z, minus), 0)
         exponent = y.exponent - x.exponent - unit.angle_bits
         total = _sum(b, unit, Floating(quotient, exponent), unit.angle_bits + 2, z)
-        b.step()
         return first, Raw(total.mantissa, total.exponent, ~none)
 
     return start, finish

@@ -19,8 +19,8 @@ def normalised(b: CircuitBuilder, mantissa: CircuitSignal, exponent: CircuitSign
     """Return a number with a mantissa of `bits` bits, rounded half up; that of 0 is 0."""
     length = length_of(b, b.size(mantissa))
     right = length - bits
-    moved = shifted(b, mantissa, right, mantissa.width + 1)
-    return Floating(b.narrowed(moved, -(1 << bits) if mantissa.lo < 0 else 0, 1 << bits), exponent + right)
+    within = (-(1 << bits) if mantissa.lo < 0 else 0, 1 << bits)
+    return Floating(shifted(b, mantissa, right, mantissa.width + 1, within), exponent + right)
 
 
 def widened(number: Floating, bits: int) -> Floating:

@@ -42,7 +42,13 @@ def limited(b: CircuitBuilder, count: CircuitSignal, most: int) -> CircuitSignal
     return b.narrowed(b.mux(count > most, count, most), count.lo, most)
 
 
-def shifted(b: CircuitBuilder, number: CircuitSignal, right: CircuitSignal, most: int) -> CircuitSignal:
+def shifted(
+    b: CircuitBuilder,
+    number: CircuitSignal,
+    right: CircuitSignal,
+    most: int,
+    within: tuple[int, int] | None = None,
+) -> CircuitSignal:
     """Return number / 2^right rounded half up; `right` may be negative.
 
     Args:
@@ -50,14 +56,17 @@ def shifted(b: CircuitBuilder, number: CircuitSignal, right: CircuitSignal, most
         number: an integer.
         right: how far it is shifted.
         most: a count from which on the result is 0 in any case.
+        within: a range that the result is known to lie in, None of none but what follows.
     """
     right = limited(b, right, most)
     if right.lo == right.hi:
-        return b.rounded(number, right.lo)
-    if right.hi <= 0:
-        return b.shlv(number, -right)
-    lift = max(0, -right.lo)
-    return b.rounded(b.shrv(number << (lift + 1), right + lift), 1)
+        found = b.rounded(number, right.lo)
+    elif right.hi <= 0:
+        return b.shlv(number, -right, within)
+    else:
+        lift = max(0, -right.lo)
+        found = b.rounded(b.shrv(number << (lift + 1), right + lift), 1)
+    return found if within is None else b.narrowed(found, *within)
 
 
 def digits_of(constant: int) -> list[tuple[int, int]]:
@@ -73,26 +82,12 @@ def digits_of(constant: int) -> list[tuple[int, int]]:
     return found[::-1]
 
 
-def times(b: CircuitBuilder, number: CircuitSignal, constant: int, stages: int) -> CircuitSignal:
-    """Return a product with a positive constant: a tree of adders over its signed digits.
-
-    Args:
-        b: the builder, which goes on by `stages` cycles.
-        number: an integer.
-        constant: the factor.
-        stages: registers in the tree.
-    """
+def times(b: CircuitBuilder, number: CircuitSignal, constant: int) -> CircuitSignal:
+    """Return a product with a positive constant: a tree of adders over its signed digits."""
     # Terms with their place and sign; pairs of them are added, the lower one shifted against the higher.
     terms = [(number, place, sign) for place, sign in digits_of(constant)]
-    levels = max(1, (len(terms) - 1).bit_length())
-    after = {(level * levels) // (stages + 1) for level in range(1, stages + 1)} if stages else set()
-    left = stages
-    for level in range(1, levels + 1):
+    while len(terms) > 1:
         terms = [_pair(b, terms[at : at + 2]) for at in range(0, len(terms), 2)]
-        if level in after and left:
-            b.step()
-            left -= 1
-    b.step(left)
     ((result, place, sign),) = terms
     exact = result << place
     exact = exact if sign > 0 else -exact

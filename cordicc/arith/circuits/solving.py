@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -30,8 +31,6 @@ def implicit_unit(
     uses: tuple[Use, ...],
     operands: tuple[CircuitSignal, ...],
     mode: CircuitSignal,
-    *,
-    scale: int = 3,
 ) -> tuple[WordResult | None, WordResult | None]:
     """Return t and sqrt(A^2 + m B^2 - m C^2) as words.
 
@@ -41,27 +40,21 @@ def implicit_unit(
         uses: what it is used for.
         operands: the words A, B and C.
         mode: the number of the use.
-        scale: registers in the product with the reciprocal gain.
 
     Raises:
         NoCircuitError: a use has none.
     """
     modes = Modes(b, mode, uses)
     words = tuple(word(modes, bits, number) for number, bits in enumerate(operands))
-    begin, end = b.now, b.now
     systems = []
     for m, make in ((1, circular), (-1, hyperbolic)):
         if any(use.m == m for use in uses):
-            b.now = begin
             start, finish = make(b, modes, unit, words)
             chosen = modes.which(of_system(m))
             systems.append(_System(m, chosen, implicit_table(unit, m).steps, start, finish))
-            end = max(end, b.now)
-    b.now = end
     state = systems[0].start
     for system in systems[1:]:
         state = Start(*(b.mux(system.chosen, x, y) for x, y in zip(state, system.start, strict=True)))
-    b.step()
     state = _steps(b, state, systems, unit)
     solved = systems[0].finish(state)
     for system in systems[1:]:
@@ -70,24 +63,18 @@ def implicit_unit(
         )
     formats = [format_of(modes, number, unit.angle_bits) for number in range(2)]
     results: list[WordResult | None] = [None, None]
-    begin = b.now
     if formats[0] is not None:
-        b.step()
         found = encoded_angle(b, solved.angle, -unit.angle_bits, formats[0], unit.angle_bits)
         results[0] = WordResult(found.word, found.valid & solved.possible)
-    end, b.now = b.now, begin
     if formats[1] is not None:
         scaled = None
         for system in systems:
-            b.now = begin
-            product = times(b, solved.rest, system.table.inverse_gain, scale)
+            product = times(b, solved.rest, system.table.inverse_gain)
             own = b.rounded(product, system.table.coordinate_bits + 1 - SCALE_BITS)
             scaled = own if scaled is None else b.mux(system.chosen, scaled, own)
         assert scaled is not None
-        b.step()
         found = encoded(b, scaled, solved.place - SCALE_BITS, formats[1])
         results[1] = WordResult(found.word, found.valid & solved.possible)
-    b.now = max(b.now, end)
     return results[0], results[1]
 
 
@@ -98,8 +85,11 @@ def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Ca
     for system in systems:
         bent = system.chosen if system.m == -1 else bent
     root_free = unit.rule == "root-free"
+    ahead = math.inf
     for number in range(unit.iterations):
-        x, y, target, z = state.x, state.y, state.target, state.z
+        moving = b.together((state.x, state.y, state.target, state.z), ahead)
+        x, y, target, z = moving
+        state = state._replace(x=x, y=y, target=target, z=z)
         with b.scope(f"step{number + 1}"):
             shifts = " or ".join(dict.fromkeys(f"2^-{system.table.shifts[number]}" for system in systems))
             b.note(f"Step {number + 1}: by {'twice ' * root_free}the angle of {shifts}.")
@@ -114,7 +104,7 @@ def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Ca
             limit = max(12 << unit.angle_bits, -z.lo, z.hi)
             z = b.named("z", b.narrowed(b.addsub(z, chosen.angle, ~up), -limit, limit))
             state = state._replace(x=x, y=y, target=target, z=z)
-            b.step()
+            ahead = b.taken_ns(moving, (x, y, z))
     return state
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -42,8 +43,6 @@ def standard_unit(
     uses: tuple[Use, ...],
     operands: tuple[CircuitSignal, ...],
     mode: CircuitSignal,
-    *,
-    scale: int = 3,
 ) -> tuple[WordResult | None, WordResult | None]:
     """Return both results as words.
 
@@ -53,7 +52,6 @@ def standard_unit(
         uses: what it is used for.
         operands: the words at its ports.
         mode: the number of the use.
-        scale: registers in the products with the reciprocal gain.
 
     Raises:
         NoCircuitError: a use has none.
@@ -64,33 +62,24 @@ def standard_unit(
     unknown = [name for name in functions if name not in _FUNCTIONS]
     if unknown:
         raise NoCircuitError(f"{unknown[0]} on a standard unit")
-    begin, end = b.now, b.now
     states, finishes = [], []
     for name in functions:
-        b.now = begin
         with b.scope(name.split("_")[0] if len(functions) > 1 else ""):
-            state, finish = _FUNCTIONS[name](b, modes, unit, words, partial(_scaled, b, unit, scale))
+            state, finish = _FUNCTIONS[name](b, modes, unit, words, partial(_scaled, b, unit))
         states.append(state)
         finishes.append(finish)
-        end = max(end, b.now)
-    b.now = end
     chosen = [modes.which(_has_function(name)) for name in functions]
     start = states[0]
     for bit, state in zip(chosen[1:], states[1:], strict=True):
         start = Turned(*(b.mux(bit, one, other) for one, other in zip(start, state, strict=True)))
-    b.step()
     last = _iterations(b, modes, unit, start)
-    begin, end = b.now, b.now
     raws = []
     for name, finish in zip(functions, finishes, strict=True):
-        b.now = begin
         first, second = (
             any(use.function == name and use.results[number] is not None for use in uses)
             for number in range(2)
         )
         raws.append(finish(last, (first, second)))
-        end = max(end, b.now)
-    b.now = end
     results: list[WordResult | None] = [None, None]
     for number in range(2):
         format_ = format_of(modes, number, unit.angle_bits)
@@ -107,10 +96,10 @@ def standard_unit(
     return results[0], results[1]
 
 
-def _scaled(b: CircuitBuilder, unit: Cau, stages: int, m: int, coordinate: CircuitSignal) -> CircuitSignal:
+def _scaled(b: CircuitBuilder, unit: Cau, m: int, coordinate: CircuitSignal) -> CircuitSignal:
     """Return a coordinate over the gain, with `SCALE_BITS` more bits."""
     table = standard_table(unit, m)
-    product = times(b, coordinate, table.inverse_gain, stages)
+    product = times(b, coordinate, table.inverse_gain)
     return b.named("scaled", b.rounded(product, table.coordinate_bits + 1 - SCALE_BITS))
 
 
@@ -136,10 +125,12 @@ def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Tu
     largest = 4 << unit.fraction_bits
     alone = len(systems) == 1
     x, y, z = start
-    # Vectoring on the circle makes x longer only, and turning leaves ever less of the angle.
-    growing = alone and systems[0].m == 1 and turning.hi == 0 and x.lo == 0
-    ending = alone and systems[0].m != 0 and turning.lo == 1
+    bounds = _Bounds.of(systems[0].m, unit) if alone and turning.hi == 0 else None
+    ending = alone and turning.lo == 1
+    ahead = math.inf
     for number in range(unit.iterations):
+        state = b.together((x, y, z), ahead)
+        x, y, z = state
         with b.scope(f"step{number + 1}"):
             shifts = " or ".join(dict.fromkeys(f"2^-{system.steps[number][0]}" for system in systems))
             b.note(f"Step {number + 1}: by the angle of {shifts}.")
@@ -153,17 +144,70 @@ def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Tu
                     bent = system.chosen if system.m == -1 else bent
                 away = away ^ bent
             turned = x if dx is None else b.addsub(x, dx, away)
-            turned = b.named("x", b.narrowed(turned, 0 if growing else -largest, largest))
-            y = b.named("y", b.narrowed(b.addsub(y, dy, back), -largest, largest))
-            x = turned
-            left = b.addsub(z, angle, ~back)
+            left = b.addsub(y, dy, back)
+            if bounds is not None:
+                bounds = bounds.after(systems[0].steps[number][0])
+                turned = b.narrowed(turned, 0, bounds.length, loose=bounds.m == 0)
+                left = b.narrowed(left, -bounds.height, bounds.height, loose=bounds.m == 0)
+            x = b.named("x", b.narrowed(turned, -largest, largest))
+            y = b.named("y", b.narrowed(left, -largest, largest))
+            rest = b.addsub(z, angle, ~back)
             if ending:
-                left = b.narrowed(left, min(-angle.hi, z.lo + angle.hi), max(angle.hi - 1, z.hi - angle.hi))
+                rest = b.narrowed(rest, min(-angle.hi, z.lo + angle.hi), max(angle.hi - 1, z.hi - angle.hi))
             else:
-                left = b.narrowed(left, -(7 << unit.angle_bits), 7 << unit.angle_bits)
-            z = b.named("z", left)
-            b.step()
+                rest = b.narrowed(rest, -(7 << unit.angle_bits), 7 << unit.angle_bits)
+            z = b.named("z", rest)
+            ahead = b.taken_ns(state, (x, y, z))
     return Turned(x, y, z)
+
+
+class _Bounds(NamedTuple):
+    """What vectoring leaves of a vector with x >= 0: |y| <= slope * x + excess, and its largest length.
+
+    A step by 2^-S makes |y| - x 2^-S of |y|, and x longer by |y| 2^-S on the circle, each rounded half up.
+    So slope' = max(slope - 2^-S, 2^-S) holds, with half a place more, and on the circle as many as x' may be
+    too short.
+    """
+
+    m: int
+    slope: float
+    excess: float
+    norm: float
+
+    @classmethod
+    def of(cls, m: int, unit: Cau) -> _Bounds | None:
+        """Return the bounds of what begins, None of hyperbolic iterations."""
+        if m < 0:
+            return None
+        if m == 0:
+            return cls(m, 2.0, 0.0, math.ldexp(1.0, unit.fraction_bits + 1))
+        return cls(m, math.inf, 0.0, math.ldexp(math.sqrt(2), unit.fraction_bits) + 1)
+
+    def after(self, shift: int) -> _Bounds:
+        """Return the bounds after a step by 2^-shift."""
+        move = 2.0**-shift
+        if self.m == 0:
+            return self._replace(slope=max(self.slope - move, move), excess=self.excess + 0.5)
+        if self.slope == math.inf:
+            # The first step, by 1: |y| - x is at most x + |y|, and so is x - |y|.
+            assert shift == 0
+            slope, excess = 1.0, 1.0
+        else:
+            slope = max(self.slope - move, move)
+            excess = self.excess + 0.5 + 0.5 * slope
+        return self._replace(
+            slope=slope, excess=excess, norm=math.hypot(1.0, move) * self.norm + math.sqrt(0.5)
+        )
+
+    @property
+    def length(self) -> int:
+        """The largest x."""
+        return math.ceil(self.norm)
+
+    @property
+    def height(self) -> int:
+        """The largest |y|."""
+        return min(math.ceil(self.slope * self.norm + self.excess), self.length)
 
 
 def _moves(

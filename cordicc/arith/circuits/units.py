@@ -8,6 +8,7 @@ from typing import Any
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circuit import Circuit
+from cordicc.arith.circuits.delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.solving import implicit_unit
@@ -20,6 +21,10 @@ from cordicc.arith.unit.arithmetic import Arithmetic
 
 PORTS = ("a", "b", "c")
 RESULTS = ("first", "second")
+
+_PERIODS = [1.05**number for number in range(201)]
+"""Clock periods in ns that are tried: as short as nothing fits, and long enough for any unit in a cycle."""
+_SLOWEST = len(_PERIODS) - 1
 
 
 def constant_of(use: Use | Plain, at: int) -> int | None:
@@ -52,7 +57,7 @@ class Plain:
 def unit_circuit(
     name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], latency: int
 ) -> Circuit:
-    """Return the circuit of a unit with some latency in cycles.
+    """Return the circuit of a unit with some latency in cycles, for as fast a clock as that allows.
 
     Inputs are `ok`, which tells that all operands stand for numbers; `mode`, the number of the use, if there
     are several; and `a`, `b`, `c`, words in two's complement of the widest operand that stands there, but for
@@ -61,9 +66,25 @@ def unit_circuit(
 
     Raises:
         NoCircuitError: a use has none.
-        ValueError: the latency is too short.
     """
-    b = CircuitBuilder(name)
+    if not latency:
+        return _built(name, arithmetic, kind, uses, COMBINATIONAL).circuit(0)
+    fits, fails = _SLOWEST, 0
+    best = _built(name, arithmetic, kind, uses, Clocking(_PERIODS[fits]))
+    while fits - fails > 1:
+        middle = (fits + fails) // 2
+        made = _built(name, arithmetic, kind, uses, Clocking(_PERIODS[middle]))
+        if made.cycles() <= latency:
+            fits, best = middle, made
+        else:
+            fails = middle
+    return best.circuit(latency)
+
+
+def _built(
+    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], clocking: Clocking
+) -> CircuitBuilder:
+    b = CircuitBuilder(name, clocking)
     ports = max(len(use.operands) for use in uses)
     widths = [
         max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)
@@ -84,16 +105,13 @@ def unit_circuit(
     else:
         plain = tuple(use for use in uses if isinstance(use, Plain))
         assert isinstance(arithmetic.system, FixedSystem)
-        results = [_plain(b, arithmetic.system, plain, operands, mode, latency)]
-    if b.now > latency:
-        raise ValueError(f"{name} takes {b.now} cycles, not {latency}")
-    b.now = latency
+        results = [_plain(b, arithmetic.system, plain, operands, mode)]
     for number, (port, result) in enumerate(zip(RESULTS, results, strict=False)):
         if result is not None:
             width = max(f.width_bits for use in uses if (f := use.delivered(number)) is not None)
             b.output(port, b.as_word(result.word, width))
             b.output(f"{port}_ok", result.valid & ok)
-    return b.circuit()
+    return b
 
 
 def _plain(
@@ -102,10 +120,9 @@ def _plain(
     uses: tuple[Plain, ...],
     words: tuple[CircuitSignal, ...],
     mode: CircuitSignal,
-    latency: int,
 ) -> WordResult:
     if uses[0].op in ("mul", "cmul"):
-        return _product(b, system, uses, words, mode, latency)
+        return _product(b, system, uses, words, mode)
     results = []
     for use in uses:
         numbers = [
@@ -122,7 +139,6 @@ def _product(
     uses: tuple[Plain, ...],
     words: tuple[CircuitSignal, ...],
     mode: CircuitSignal,
-    latency: int,
 ) -> WordResult:
     """Return a product: one multiplier for all uses, of one constant factor its digits."""
     factors = []
@@ -131,18 +147,13 @@ def _product(
             factor, format_ = system.constant(use.settings["factor"])
             assert isinstance(format_, FixedPoint)
             factors.append((int(factor), format_.fraction_bits))
-    inner = max(0, latency - 2)
     if factors and len({word for word, _ in factors}) == 1:
         word = factors[0][0]
-        exact = times(b, words[0], abs(word), inner) if word else b.of(0)
+        exact = times(b, words[0], abs(word)) if word else b.of(0)
         exact = -exact if word < 0 else exact
     else:
         second = b.pick(mode, [word for word, _ in factors]) if factors else words[1]
-        if latency > 1:
-            b.step()
         exact = b.named("product", words[0] * second)
-    if latency > 0:
-        b.step()
     results = []
     for number, use in enumerate(uses):
         other = factors[number][1] if factors else use.operands[1].fraction_bits

@@ -39,7 +39,7 @@ Wanted = tuple[bool, bool]
 """Which results are taken."""
 
 Scale = Callable[[int, CircuitSignal], CircuitSignal]
-"""Divides a coordinate by the gain of a coordinate system, some cycles later."""
+"""Divides a coordinate by the gain of a coordinate system."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ class WordResult(NamedTuple):
 
 
 def block(b: CircuitBuilder, words: Sequence[Word], bits: int) -> Block:
-    """Bring words to one exponent, the largest with `bits` bits, in a cycle; that of zeros is the least."""
+    """Bring words to one exponent, the largest with `bits` bits; that of zeros is the least."""
     sizes = [b.size(word.bits) for word in words]
     if len({word.fraction.number for word in words}) == 1:
         every = sizes[0]
@@ -42,14 +42,12 @@ def block(b: CircuitBuilder, words: Sequence[Word], bits: int) -> Block:
         for end in ends[1:]:
             exponent = greater(b, exponent, end)
     exponent = b.named("exponent", exponent)
-    b.step()
     made = []
     for word in words:
         # Nothing of it is left below the last place, and no number is longer than its word.
         right = exponent + word.fraction - bits
         right = b.narrowed(right, -bits, right.hi, loose=True)  # of zeros alone it is less, and all the same
-        moved = shifted(b, word.bits, right, word.bits.width + 1)
-        made.append(b.narrowed(moved, -(1 << bits), 1 << bits))
+        made.append(shifted(b, word.bits, right, word.bits.width + 1, (-(1 << bits), 1 << bits)))
     return Block(tuple(made), exponent)
 
 

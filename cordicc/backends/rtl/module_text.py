@@ -24,10 +24,9 @@ class _Module:
     def __init__(self, circuit: Circuit) -> None:
         self._circuit = circuit
         self._cells = circuit.cells
-        self._live = _live(circuit)
         self._inputs = {port.cell: port.name for port in circuit.inputs}
         self._outputs = {port.name for port in circuit.outputs}
-        self._read: dict[int, set[int]] = {number: set() for number in self._live}
+        self._read: dict[int, set[int]] = {number: set() for number in range(len(circuit.cells))}
         self._taken = {
             number: self._name(number) if cell.kind != "constant" else ""
             for number, cell in enumerate(circuit.cells)
@@ -39,14 +38,14 @@ class _Module:
         yield "`default_nettype none"
         yield ""
         yield f"module {circuit.name} ("
-        clocked = any(self._cells[number].kind == "register" for number in self._live)
+        clocked = any(cell.kind == "register" for cell in self._cells)
         ports = ["input  wire clk", "input  wire ce"] if clocked else []
         ports += [f"input  wire {self._declared(port.cell, port.name)}" for port in circuit.inputs]
         ports += [f"output wire {self._declared(port.cell, port.name)}" for port in circuit.outputs]
         yield from (f"    {port}," for port in ports[:-1])
         yield f"    {ports[-1]}"
         yield ");"
-        order = sorted(self._live, key=lambda number: (self._cells[number].cycle or 0, number))
+        order = sorted(range(len(self._cells)), key=lambda number: (self._cells[number].cycle or 0, number))
         body = [n for n in order if self._cells[n].kind not in ("input", "constant")]
         for cycle, numbers in groupby(body, key=lambda number: self._cells[number].cycle):
             yield from self._cycle(cycle or 0, list(numbers))
@@ -96,8 +95,7 @@ class _Module:
 
     def _unused(self) -> Iterator[str]:
         bits = []
-        for number in sorted(self._live):
-            cell = self._cells[number]
+        for number, cell in enumerate(self._cells):
             left = sorted(set(range(cell.width)) - self._read[number])
             if cell.kind == "constant" or not left:
                 continue
@@ -181,18 +179,6 @@ def literal(value: int, width: int) -> str:
     return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"
 
 
-def _live(circuit: Circuit) -> set[int]:
-    """Return the cells that outputs depend on, and the inputs."""
-    found = {port.cell for port in circuit.inputs}
-    open_ = [port.cell for port in circuit.outputs]
-    while open_:
-        number = open_.pop()
-        if number not in found or circuit.cells[number].kind == "input":
-            found.add(number)
-            open_ += [each for each in circuit.cells[number].operands if each not in found]
-    return found
-
-
 def _sum(sign: str) -> Callable[[_Module, Gate], str]:
     def text(module: _Module, cell: Gate) -> str:
         return f" {sign} ".join(module.whole(each, cell.width) for each in cell.operands)
@@ -201,10 +187,14 @@ def _sum(sign: str) -> Callable[[_Module, Gate], str]:
 
 
 def _addsub(module: _Module, cell: Gate) -> str:
-    a, b, c = cell.operands
+    a, b, minus, carry = cell.operands
     width = cell.width
-    mask = f"{{{width}{{{module.whole(c, 1)}}}}}"
-    return f"{module.whole(a, width)} + ({module.whole(b, width)} ^ {mask}) + {module.whole(c, width)}"
+    second, last = module.whole(b, width), module.whole(carry, 1)
+    if module.cell(minus).kind == "constant":
+        second = f"~{second}"
+    else:
+        second = f"({second} ^ {{{width}{{{module.whole(minus, 1)}}}}})"
+    return f"{module.whole(a, width)} + {second} + {last if width == 1 else f'{{{width - 1}{chr(39)}d0, {last}}}'}"
 
 
 def _negif(module: _Module, cell: Gate) -> str:
@@ -238,18 +228,6 @@ def _rounded(module: _Module, cell: Gate) -> str:
     return f"{module.part(a, count, count + cell.width - 1)} + {carry}"
 
 
-def _shifted(mark: str) -> Callable[[_Module, Gate], str]:
-    def text(module: _Module, cell: Gate) -> str:
-        a, count = cell.operands
-        n = module.whole(count, module.cell(count).width)
-        value = module.whole(a, cell.width)
-        if mark == ">>" and module.cell(a).signed:
-            return f"$signed({value}) >>> {n}"
-        return f"{value} {mark} {n}"
-
-    return text
-
-
 def _compared(mark: str) -> Callable[[_Module, Gate], str]:
     def text(module: _Module, cell: Gate) -> str:
         first, second, _ = module.pair(cell)
@@ -273,8 +251,6 @@ _TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
     "shl": _left,
     "shr": _right,
     "round": _rounded,
-    "shlv": _shifted("<<"),
-    "shrv": _shifted(">>"),
     "low": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
     "lt": _compared("<"),
     "eq": _compared("=="),
