@@ -35,7 +35,7 @@ from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
-from cordicc.targets.target import DEFAULT_TARGET, Target
+from cordicc.targets.target import DEFAULT_TARGET, Target, function_name
 from cordicc.targets.target_file import load_target
 
 if TYPE_CHECKING:
@@ -230,16 +230,26 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
     request.enter("choosing formats and a schedule")
     # Scheduling sees unit operations with their latencies only.
     options = request.options
+    target_with = partial(load_target, options.target, used=_functions(choice.graph))
     unplaced, warnings = plan_with_formats(
         request.loaded,
         choice,
-        request.target,
-        partial(load_target, options.target),
+        target_with(),
+        target_with,
         _recorded(request.path, options),
         _bounds_of,
         _with_borders,
     )
     return place(replicated(unplaced, options.copies), options.limits), warnings
+
+
+def _functions(graph: Graph) -> frozenset[str]:
+    """Return what the operations of a graph ask of units."""
+    nodes = (graph.nodes[index] for index in graph.live())
+    return frozenset(
+        function_name(node.op, dict(zip(node.definition.params, node.params, strict=True)).get("m"))
+        for node in nodes
+    )
 
 
 def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:

@@ -2,12 +2,12 @@
 
 A target says `auto` where a figure follows from others.  Guard bits are the compiler's choice; given them,
 `cordicc.arith.unit.sizing` sizes each unit so that its proven error stays within 1 ulp of a word between
-operations, and latency, adders and area follow.
+operations, for the functions that it is used for, and latency, adders and area follow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from functools import cache
 from typing import Any
 
@@ -40,13 +40,16 @@ def guard_is_open(data: Mapping[Any, Any]) -> bool:
     return isinstance(format_, dict) and format_.get("guard") == AUTO
 
 
-def sized(data: Data, guard_bits: int, width_bits: int | None = None) -> Data:
+def sized(
+    data: Data, guard_bits: int, width_bits: int | None = None, used: Set[str] | None = None
+) -> Data:
     """Return a target's data with everything filled in that it leaves open.
 
     Args:
         data: the mapping of a target file, perhaps malformed: what is not understood stays.
         guard_bits: in the place of `guard: auto`.
         width_bits: in the place of the width, where the guard bits are left open.
+        used: functions that are asked of the units, None of all; a unit that does none of them has them all.
 
     Raises:
         ValueError: no unit keeps the error with so many bits.
@@ -61,22 +64,28 @@ def sized(data: Data, guard_bits: int, width_bits: int | None = None) -> Data:
     if type(width) is not int or type(guard) is not int:
         return {**data, "format": format_}
     made = {
-        kind: _sized_unit(unit, width + guard) if isinstance(unit, dict) else unit
+        kind: _sized_unit(unit, width + guard, used) if isinstance(unit, dict) else unit
         for kind, unit in units.items()
     }
     return {**data, "format": format_, "units": made}
 
 
-def _sized_unit(unit: Data, word_bits: int) -> Data:
+def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
     stages, arithmetic = unit.get("stages"), unit.get("arithmetic")
     functions = unit.get("functions")
     open_arithmetic = arithmetic == AUTO or (isinstance(arithmetic, dict) and set(arithmetic) == {"rule"})
     if not open_arithmetic or not isinstance(stages, dict) or not isinstance(functions, list):
         return unit
     rule = arithmetic["rule"] if isinstance(arithmetic, dict) else None
-    cau = _cau(tuple(str(function) for function in functions), word_bits, None if rule is None else str(rule))
+    names = [str(function) for function in functions]
+    needed = [name for name in names if used is None or name in used] or names
+    cau = _cau(tuple(needed), word_bits, None if rule is None else str(rule))
     made: Data = {**unit, "arithmetic": _arithmetic(cau)}
-    made["stages"] = {p: cau.iterations if cycles == AUTO else cycles for p, cycles in stages.items()}
+    made["stages"] = {
+        part: cau.iterations if cycles == AUTO else cycles
+        for part, stated in stages.items()
+        if (cycles := _cycles(stated, needed)) is not None
+    }
     if unit.get("latency") == AUTO and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
     adders = unit.get("adders")
@@ -91,6 +100,15 @@ def _sized_unit(unit: Data, word_bits: int) -> Data:
             bits = cau.fraction_bits + INTEGER_BITS
             made["area"] = round(made["adders"] * bits / _REFERENCE_BITS, 1)
     return made
+
+
+def _cycles(stated: Any, needed: Sequence[str]) -> Any:
+    """Return the cycles of a part that some functions go through, None if none of those that are needed does."""
+    if isinstance(stated, dict) and set(stated) == {"cycles", "functions"}:
+        through = stated["functions"]
+        if isinstance(through, list):
+            return stated["cycles"] if any(name in needed for name in through) else None
+    return stated
 
 
 @cache

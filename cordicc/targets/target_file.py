@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from importlib import resources
@@ -76,7 +76,10 @@ def target_text(name_or_path: str | os.PathLike[str]) -> Source:
 
 
 def load_target(
-    name_or_path: str | os.PathLike[str], guard_bits: int = 0, width_bits: int | None = None
+    name_or_path: str | os.PathLike[str],
+    guard_bits: int = 0,
+    width_bits: int | None = None,
+    used: Set[str] | None = None,
 ) -> Target:
     """Load and validate a shipped target by name, or a file.
 
@@ -84,6 +87,7 @@ def load_target(
         name_or_path: of a shipped target, or of a file.
         guard_bits: of values between operations, where the target leaves them open.
         width_bits: of words outside instead of the target's own, where it leaves the guard bits open.
+        used: functions that the sizes of units follow from where the target leaves them open; None: all.
 
     Raises:
         InvalidInput: E501 to E505.
@@ -100,7 +104,7 @@ def load_target(
     if not isinstance(data, dict):
         raise _failure(report, "E503", "a target must be a mapping")
     try:
-        filled = sized(data, guard_bits, width_bits)
+        filled = sized(data, guard_bits, width_bits, used)
         target = _Reader(report, cache(lambda: _yaml().compose(source.text))).target(filled)
         report.raise_if_failed()
         assert target is not None

@@ -382,6 +382,17 @@ class CircuitBuilder:
         values += [values[-1]] * (index.hi + 1 - len(values))
         return self._cell("pick", (index,), tuple(values), min(values), max(values))
 
+    def join(self, bits: Sequence[CircuitSignal], place: int) -> CircuitSignal:
+        """Return the number of some bits, the highest first, of which the last has the value 2^place."""
+        return self._cell("join", bits, (place,), 0, ((1 << len(bits)) - 1) << place)
+
+    def recentred(self, a: CircuitSignal, place: int) -> CircuitSignal:
+        """Return a - 2^place of what is not negative, else a + 2^place, of a within 2^(place + 1): no adder."""
+        half = 1 << place
+        assert -2 * half <= a.lo
+        assert a.hi < 2 * half
+        return self._cell("cut", (self.bitwise("xor", self.low(a, place + 1), half),), (), -half, half - 1)
+
     def narrowed(self, a: CircuitSignal, lo: int, hi: int, *, loose: bool = False) -> CircuitSignal:
         """Return a signal that is known to lie in a smaller range; if `loose`, where anybody looks at it."""
         lo, hi = max(lo, a.lo), min(hi, a.hi)

@@ -32,6 +32,7 @@ CELLS = {
     "not": "1 where the bit a is 0",
     "mux": "b where the bit c is 1, else a",
     "pick": "of a list of constants the one with the number a",
+    "join": "of bits, the highest first, the number times 2^k",
     "narrow": "a, known to lie in a smaller range",
     "cut": "the last bits of a, which lies in a smaller range wherever anybody looks at it",
 }
@@ -57,6 +58,7 @@ SIGNAL_NAMES = {
     "not": "other",
     "mux": "chosen",
     "pick": "entry",
+    "join": "joined",
     "narrow": "fit",
     "cut": "cut",
 }

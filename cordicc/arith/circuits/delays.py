@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from cordicc.arith.circuits.circuit import Gate, width_of
 
-_FREE = frozenset(("input", "constant", "register", "shl", "shr", "low", "narrow", "cut", "not"))
+_FREE = frozenset(("input", "constant", "register", "shl", "shr", "low", "join", "narrow", "cut", "not"))
 """Cells that are wires, or that the lookup tables behind them take in."""
 
 

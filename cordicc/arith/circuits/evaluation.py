@@ -87,6 +87,9 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "not": lambda cell, a: 1 - a,
     "mux": lambda cell, c, a, b: np.asarray(np.where(c != 0, b, a)),
     "pick": _pick,
+    "join": lambda cell, *bits: sum(
+        np.asarray(bit) << (len(bits) - 1 - n + cell.params[0]) for n, bit in enumerate(bits)
+    ),
     "narrow": lambda cell, a: a,
     "cut": _cut,
 }

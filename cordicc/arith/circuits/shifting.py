@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 
@@ -83,26 +84,67 @@ def digits_of(constant: int) -> list[tuple[int, int]]:
 
 
 def times(b: CircuitBuilder, number: CircuitSignal, constant: int) -> CircuitSignal:
-    """Return a product with a positive constant: a tree of adders over its signed digits."""
-    # Terms with their place and sign; pairs of them are added, the lower one shifted against the higher.
-    terms = [(number, place, sign) for place, sign in digits_of(constant)]
+    """Return a product with a positive constant: a tree of adders over its signed digits.
+
+    Two digits that stand apart as others do are added once, as long as there are such: Hartley, "Subexpression
+    sharing in filters using canonic signed digit multipliers", IEEE Trans. Circuits and Systems II, 1996.
+    """
+    terms = [Term(number, place, sign) for place, sign in digits_of(constant)]
+    while (found := _most_frequent(terms)) is not None:
+        pair, places = found
+        shared = _pair(b, [pair[0], pair[1]])
+        for high, low in places:
+            sign = high.sign * pair[0].sign * shared.sign
+            terms.remove(high)
+            terms.remove(low)
+            terms.append(Term(shared.number, low.place - pair[1].place + shared.place, sign))
+        terms.sort(key=lambda term: -term.place)
     while len(terms) > 1:
         terms = [_pair(b, terms[at : at + 2]) for at in range(0, len(terms), 2)]
     ((result, place, sign),) = terms
+    assert sign > 0
     exact = result << place
-    exact = exact if sign > 0 else -exact
     ends = (number.lo * constant, number.hi * constant)
     return b.narrowed(exact, min(ends), max(ends))
 
 
-Term = tuple[CircuitSignal, int, int]
+class Term(NamedTuple):
+    """A summand of a product: a number times 2^place, or less that."""
+
+    number: CircuitSignal
+    place: int
+    sign: int
+
+
+_Pairs = tuple[tuple[Term, Term], list[tuple[Term, Term]]]
+
+
+def _most_frequent(terms: Sequence[Term]) -> _Pairs | None:
+    """Return the pair of terms that occurs most often, shifted or negated, and where; None if none does twice."""
+    groups: dict[tuple[int, int, int, int], list[tuple[Term, Term]]] = {}
+    for at, high in enumerate(terms):
+        for low in terms[at + 1 :]:
+            key = (high.number.number, low.number.number, high.place - low.place, high.sign * low.sign)
+            groups.setdefault(key, []).append((high, low))
+    best: list[tuple[Term, Term]] = []
+    for pairs in groups.values():
+        taken: set[Term] = set()
+        chosen = []
+        for high, low in pairs:
+            if high not in taken and low not in taken:
+                chosen.append((high, low))
+                taken |= {high, low}
+        if len(chosen) > max(len(best), 1):
+            best = chosen
+    return (best[-1], best) if best else None
 
 
 def _pair(b: CircuitBuilder, terms: Sequence[Term]) -> Term:
     if len(terms) == 1:
         return terms[0]
-    (high, high_place, high_sign), (low, low_place, low_sign) = terms
-    raised = high << (high_place - low_place)
-    if high_sign == low_sign:
-        return raised + low, low_place, high_sign
-    return raised - low, low_place, high_sign
+    high, low = terms
+    raised = high.number << (high.place - low.place)
+    if high.sign == low.sign:
+        return Term(raised + low.number, low.place, high.sign)
+    # A difference that is added.
+    return Term(raised - low.number if high.sign > 0 else low.number - raised, low.place, 1)

@@ -241,6 +241,12 @@ def _mux(module: _Module, cell: Gate) -> str:
     return f"{module.whole(choice, 1)} ? {module.whole(b, cell.width)} : {module.whole(a, cell.width)}"
 
 
+def _joined(module: _Module, cell: Gate) -> str:
+    (place,) = cell.params
+    texts = [module.whole(each, 1) for each in cell.operands]
+    return f"{{{', '.join(texts + [f'{place}{chr(39)}d0'] * bool(place))}}}"
+
+
 _TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
     "add": _sum("+"),
     "addc": _sum("+"),
@@ -259,6 +265,7 @@ _TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
     "xor": _sum("^"),
     "not": lambda module, cell: f"~{module.whole(cell.operands[0], 1)}",
     "mux": _mux,
+    "join": _joined,
     "narrow": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
     "cut": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
 }
