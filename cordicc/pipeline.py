@@ -245,11 +245,12 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
 
 def _functions(graph: Graph) -> frozenset[str]:
     """Return what the operations of a graph ask of units."""
-    nodes = (graph.nodes[index] for index in graph.live())
-    return frozenset(
-        function_name(node.op, dict(zip(node.definition.params, node.params, strict=True)).get("m"))
-        for node in nodes
-    )
+    found = set()
+    for index in graph.live():
+        node = graph.nodes[index]
+        m = dict(zip(node.definition.params, node.params, strict=True)).get("m")
+        found.add(function_name(node.op, None if m is None else int(m)))
+    return frozenset(found)
 
 
 def _bounds_of(plan: Plan, allowed: Mapping[str, float]) -> dict[str, Bound]:

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from cordicc.arith.kernels.blocks import ZERO_EXPONENT
 from cordicc.arith.kernels.reduction import QuarterTurns
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.formats import NumberFormat
 from cordicc.arith.numbers.slack import EXACT, Slack
-from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic, least_exponent
 from cordicc.arith.unit.cau import Cau
 from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import PortFormats
@@ -45,6 +46,7 @@ class Step:
     sizes: the largest magnitudes of results with `turns`, which may be enclosed a turn off; 0 for others.
     slack: what counts as on the border of the domain.
     quarters: the table by which a circular rotation reduces its angle, if it does by one.
+    least: the exponent that its block has at least.
     """
 
     id: str
@@ -62,6 +64,7 @@ class Step:
     sizes: tuple[float, ...]
     slack: Slack = EXACT
     quarters: QuarterTurns | None = None
+    least: int = ZERO_EXPONENT
 
 
 def known_norm(step: Step) -> bool:
@@ -150,6 +153,7 @@ def network(plan: Plan) -> ErrorNetwork:
                 tuple(_sizes(enclosures[index], turns)),
                 operation.slack,
                 _quarters(arithmetic, formats, operation),
+                _least(arithmetic, formats, operation),
             )
         )
     outputs = {
@@ -270,6 +274,13 @@ def _quarters(arithmetic: Arithmetic, formats: PortFormats, operation: Operation
     if operation.op != "rotate" or operation.m != 1:
         return None
     return arithmetic.quarters(operation.kind, _format(arithmetic, formats, operation.operands[2]))
+
+
+def _least(arithmetic: Arithmetic, formats: PortFormats, operation: Operation) -> int:
+    if operation.op != "rotate" or operation.m != 1:
+        return ZERO_EXPONENT
+    x, y = (_format(arithmetic, formats, operand) for operand in operation.operands[:2])
+    return least_exponent(x, y, arithmetic.caus[operation.kind].operand_bits)
 
 
 def _format(arithmetic: Arithmetic, formats: PortFormats, operand: Operand) -> NumberFormat:

@@ -97,7 +97,10 @@ def rotate(step: Step, w: Sequence[Boxes]) -> Local:
     if m == 1:
         radius = hypot(x, y).hi
         first, second = first.within(radius), second.within(radius)
-        joint = up(bound.error(radius, _place(unit, x, y)) + _UNDERFLOW)
+        place = np.maximum(
+            _place(unit, x, y), math.ldexp(1.0, step.least + unit.operand_bits - unit.fraction_bits)
+        )
+        joint = up(bound.error(radius, place) + _UNDERFLOW)
         return Local((first, second), ((c, -s, -second), (s, c, first)), (zero.lo, zero.lo), joint)
     # On the light cone (x + y) grows by e^z and (x - y) by e^-z: tight where one of them is 0.
     same = step.operands[0] == step.operands[1]

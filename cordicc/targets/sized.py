@@ -40,9 +40,7 @@ def guard_is_open(data: Mapping[Any, Any]) -> bool:
     return isinstance(format_, dict) and format_.get("guard") == AUTO
 
 
-def sized(
-    data: Data, guard_bits: int, width_bits: int | None = None, used: Set[str] | None = None
-) -> Data:
+def sized(data: Data, guard_bits: int, width_bits: int | None = None, used: Set[str] | None = None) -> Data:
     """Return a target's data with everything filled in that it leaves open.
 
     Args:
@@ -103,7 +101,7 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
 
 
 def _cycles(stated: Any, needed: Sequence[str]) -> Any:
-    """Return the cycles of a part that some functions go through, None if none of those that are needed does."""
+    """Return the cycles of a part, None if only functions go through it that are not needed."""
     if isinstance(stated, dict) and set(stated) == {"cycles", "functions"}:
         through = stated["functions"]
         if isinstance(through, list):

@@ -14,6 +14,7 @@ from cordicc.arith.circuits.uses import Use
 from cordicc.arith.kernels.reduction import quarter_turns
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.slack import EXACT, Slack
+from cordicc.arith.unit.arithmetic import least_exponent
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.sizing import size_unit
 from tests.support.selection import quick
@@ -71,7 +72,8 @@ def expected(unit: Cau, use: Use, words: list[np.ndarray]) -> list[np.ndarray]:
         case "rotate":
             angle = use.operands[2]
             quarters = quarter_turns(unit.angle_bits, angle.width_bits, angle.fraction_bits)
-            made = unit.rotate(use.m, *values, quarters=quarters)
+            least = least_exponent(*use.operands[:2], unit.operand_bits)
+            made = unit.rotate(use.m, *values, quarters=quarters, least=least)
         case "vector":
             made = unit.vector(use.m, use.sign, *values, slack=use.slack)
         case "lightcone":

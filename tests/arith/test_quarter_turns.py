@@ -9,7 +9,12 @@ from mpmath import MPContext
 
 from cordicc.arith.kernels.blocks import unpack
 from cordicc.arith.kernels.micro_rotations import rotate
-from cordicc.arith.kernels.reduction import quarter_turns, reduce_by_table
+from cordicc.arith.kernels.reduction import (
+    LARGEST_REMAINDER,
+    THRESHOLD_BITS,
+    quarter_turns,
+    reduce_by_table,
+)
 from cordicc.arith.numbers.fixed_point import FRACTIONS, FixedPoint
 from cordicc.arith.numbers.formats import SINGLE, Signal
 from cordicc.arith.unit.arithmetic import Arithmetic
@@ -54,13 +59,15 @@ def test_quadrant_and_remainder_of_every_word(angle_bits: int, width: int, fract
     for word, quadrant, remainder in zip(words, quadrants.tolist(), remainders.tolist(), strict=True):
         exact = word / Fraction(2) ** fraction
         z = nearest(exact * scale)
-        reached = [j for j in range(1, 12) if abs(z) >= nearest((2 * j - 1) * PI / 4 * scale)]
+        places = Fraction(scale, 2**THRESHOLD_BITS)
+        thresholds = [nearest((2 * j - 1) * PI / 4 * scale / places) * places for j in range(1, 12)]
+        reached = [threshold for threshold in thresholds if z >= threshold or z < -threshold]
         turns = len(reached) if z >= 0 else -len(reached)
         rest = z - (1 if turns >= 0 else -1) * nearest(abs(turns) * PI / 2 * scale)
         assert quadrant == turns % 4
         assert remainder == nearest(Fraction(rest, 2 ** (bits - angle_bits)))
         assert abs(exact - turns * PI / 2 - remainder * unit) <= allowed * unit
-        assert abs(remainder) <= floor(PI / 4 / unit) + 1
+        assert abs(remainder) * unit <= LARGEST_REMAINDER
 
 
 def test_no_table_is_longer_than_the_format_needs() -> None:
@@ -75,10 +82,10 @@ def test_no_table_is_longer_than_the_format_needs() -> None:
 
 
 @pytest.mark.parametrize("angle_bits", [8, 20, 44])
-def test_micro_rotations_converge_a_unit_beyond_an_eighth_of_a_turn(angle_bits: int) -> None:
+def test_micro_rotations_converge_for_the_largest_remainder(angle_bits: int) -> None:
     unit = Cau(iterations=angle_bits - 2, angle_bits=angle_bits)
     table = standard_table(unit, 1)
-    edge = floor(PI / 4 * 2**angle_bits) + 1
+    edge = floor(LARGEST_REMAINDER * 2**angle_bits) + 1
     start = np.array([edge, -edge])
     x, y, left = rotate(np.full(2, 1 << 40), np.zeros(2, np.int64), start, table)
     assert np.all(np.abs(left) <= table.angles[-1])

@@ -282,9 +282,7 @@ class CircuitBuilder:
         half = 1 << (count - 1)
         return self._cell("round", (a,), (count,), (a.lo + half) >> count, (a.hi + half) >> count)
 
-    def shlv(
-        self, a: Operand, count: CircuitSignal, within: tuple[int, int] | None = None
-    ) -> CircuitSignal:
+    def shlv(self, a: Operand, count: CircuitSignal, within: tuple[int, int] | None = None) -> CircuitSignal:
         """Return a 2^count, a multiplexer a bit of the count; it is known to lie within a range perhaps."""
         found = self.of(a)
         for place in reversed(range(count.hi.bit_length())):
@@ -387,7 +385,10 @@ class CircuitBuilder:
         return self._cell("join", bits, (place,), 0, ((1 << len(bits)) - 1) << place)
 
     def recentred(self, a: CircuitSignal, place: int) -> CircuitSignal:
-        """Return a - 2^place of what is not negative, else a + 2^place, of a within 2^(place + 1): no adder."""
+        """Return a - 2^place of an a that is not negative, else a + 2^place, without an adder.
+
+        |a| is at most 2^(place + 1), and less if positive.
+        """
         half = 1 << place
         assert -2 * half <= a.lo
         assert a.hi < 2 * half
@@ -407,6 +408,16 @@ class CircuitBuilder:
     def as_word(self, a: CircuitSignal, width: int) -> CircuitSignal:
         """Return a number, which a word of a width holds, as such a word."""
         return self._cell("narrow", (a,), (), -(1 << (width - 1)), (1 << (width - 1)) - 1)
+
+    def within(self, a: CircuitSignal, limit: Operand) -> CircuitSignal:
+        """Return whether |a| is at most a limit that is not negative; of 2^k - 1 the leading bits tell."""
+        limit = self.of(limit)
+        if limit.lo == limit.hi and limit.hi & (limit.hi + 1) == 0 and a.lo < -limit.hi and a.hi > limit.hi:
+            # All leading bits are the sign, and the rest is not 0 of a negative number.
+            places = limit.hi.bit_length()
+            top, sign = a >> places, self.negative(a)
+            return self.mux(sign, top.equals(0), top.equals(-1) & ~self.low(a, places).equals(0))
+        return (a <= limit) & (a >= -limit)
 
     def clipped(self, a: CircuitSignal, lo: Operand, hi: Operand) -> CircuitSignal:
         """Return the nearest value from `lo` to `hi`."""
@@ -450,7 +461,9 @@ class CircuitBuilder:
         cycles = [each.cell.cycle for each in operands if each.cell.cycle is not None]
         constant = kind == "constant" or (bool(operands) and not cycles)
         cycle = max(cycles, default=0)
-        start = max((self._arrivals[each.number] for each in operands if each.cell.cycle == cycle), default=0.0)
+        start = max(
+            (self._arrivals[each.number] for each in operands if each.cell.cycle == cycle), default=0.0
+        )
         taken = 0.0 if constant else self.clocking.delay_ns(kind, [each.cell for each in operands], lo, hi)
         if start > 0 and taken > 0 and start + taken > self.clocking.period_ns:
             cycle, start = cycle + 1, 0.0

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.shifting import shifted
 from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction, block
-from cordicc.arith.kernels.reduction import SCALE_BITS, QuarterTurns, quarter_turns
+from cordicc.arith.kernels.reduction import (
+    LARGEST_REMAINDER,
+    SCALE_BITS,
+    THRESHOLD_BITS,
+    QuarterTurns,
+    quarter_turns,
+)
 from cordicc.arith.kernels.shift_sequences import pi_fixed
 from cordicc.arith.unit.cau import Cau
 
@@ -21,15 +28,20 @@ def rotation(
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     quadrant, angle = _reduced(b, modes, z, unit)
-    joined = block(b, (x, y), unit.fraction_bits)
-    p, q = joined.mantissas
+    # Results err by places of the largest words, however short the vector is: no number is normalised.
+    exponent = modes.pick(_largest_exponent)
+    within = -(1 << unit.fraction_bits), 1 << unit.fraction_bits
+    p, q = (
+        shifted(b, each.bits, exponent + each.fraction - unit.fraction_bits, each.bits.width + 1, within)
+        for each in (x, y)
+    )
     odd, half = b.bit(quadrant, 0), b.bit(quadrant, 1)
     start = Turned(b.negif(b.mux(odd, p, q), odd ^ half), b.negif(b.mux(odd, q, p), half), angle)
 
     def finish(last: Turned, wanted: Wanted) -> Raws:
-        exponent = joined.exponent - (unit.fraction_bits + SCALE_BITS)
+        below = exponent - (unit.fraction_bits + SCALE_BITS)
         found = [
-            Raw(scale(1, coordinate), exponent, b.of(1)) if taken else None
+            Raw(scale(1, coordinate), below, b.of(1)) if taken else None
             for coordinate, taken in zip((last.x, last.y), wanted, strict=True)
         ]
         return found[0], found[1]
@@ -68,6 +80,11 @@ def vectoring(
     return start, finish
 
 
+def _largest_exponent(use: Use) -> int:
+    """Return the exponent above the largest words of a vector, of another function than rotation any."""
+    return max(each.width_bits - 1 - each.fraction_bits for each in use.operands[:2])
+
+
 def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[CircuitSignal, CircuitSignal]:
     """Return the quadrant of an angle, 0 to 3, and the rest with the unit's angle bits."""
     tables = [_quarters(use, unit) for use in modes.uses]
@@ -86,10 +103,13 @@ def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[Circu
 
     own = modes.pick(lambda use: _quarters(use, unit).fraction_bits)
     fine = b.shlv(shifted(b, z.bits, z.fraction - own, z.bits.width + 1), finest - own)
+    # The leading bits tell as well: thresholds have no more.
+    coarse = finest - THRESHOLD_BITS
+    lead = fine >> coarse
     count: CircuitSignal = b.of(0)
     for number in range(most):
-        threshold = entry(number, "thresholds")
-        count = count + (fine >= threshold) - (fine <= -threshold)
+        threshold = entry(number, "thresholds") >> coarse
+        count = count + (lead >= threshold) - (lead < -threshold)
     count = b.named("quarters", b.narrowed(count, -most, most))
     quadrant = b.low(count, 2)
     whole: CircuitSignal = b.of(0)
@@ -98,7 +118,7 @@ def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[Circu
         whole = b.mux(size.equals(number), whole, entry(number, "multiples"))
     rest = fine
     if most:
-        eighth = (3 << finest) // 4 + (3 << finest) // 64  # beyond pi/4 by more than all roundings
+        eighth = math.ceil(math.ldexp(LARGEST_REMAINDER, finest))
         alone = all(use.function == "rotate_circular" for use in modes.uses)
         rest = b.narrowed(b.addsub(fine, whole, ~b.negative(count)), -eighth, eighth, loose=not alone)
     angle = b.rounded(rest, finest - unit.angle_bits)

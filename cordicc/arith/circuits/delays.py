@@ -49,7 +49,9 @@ class Clocking:
             case "lt":
                 return self._chain(max(each.width for each in operands))
             case "eq":
-                bits = max(each.width for each in operands) * (2 - any(o.kind == "constant" for o in operands))
+                bits = max(each.width for each in operands) * (
+                    2 - any(o.kind == "constant" for o in operands)
+                )
                 return self._tables(bits)
             case "pick":
                 return self._tables(max(operands[0].width, 4))

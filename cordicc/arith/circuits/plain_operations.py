@@ -73,7 +73,7 @@ def rounded(b: CircuitBuilder, number: ExactNumber, format_: FixedPoint) -> Word
         # Half of the last place, less one unit of what is cut, and that unit where the word would be odd.
         word = b.addc(mantissa, (1 << (down - 1)) - 1, b.bit(mantissa, down)) >> down
     largest = format_.largest_word
-    inside = (word <= largest) & (word >= -largest)
+    inside = b.within(word, largest)
     return WordResult(b.narrowed(word, -largest, largest, loose=not (inside.lo == inside.hi == 1)), inside)
 
 

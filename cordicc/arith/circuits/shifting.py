@@ -86,8 +86,8 @@ def digits_of(constant: int) -> list[tuple[int, int]]:
 def times(b: CircuitBuilder, number: CircuitSignal, constant: int) -> CircuitSignal:
     """Return a product with a positive constant: a tree of adders over its signed digits.
 
-    Two digits that stand apart as others do are added once, as long as there are such: Hartley, "Subexpression
-    sharing in filters using canonic signed digit multipliers", IEEE Trans. Circuits and Systems II, 1996.
+    Two digits that stand apart as others do are added once, as long as there are such: Hartley,
+    "Subexpression sharing in filters using canonic signed digit multipliers", IEEE Trans. CAS II, 1996.
     """
     terms = [Term(number, place, sign) for place, sign in digits_of(constant)]
     while (found := _most_frequent(terms)) is not None:
@@ -120,7 +120,7 @@ _Pairs = tuple[tuple[Term, Term], list[tuple[Term, Term]]]
 
 
 def _most_frequent(terms: Sequence[Term]) -> _Pairs | None:
-    """Return the pair of terms that occurs most often, shifted or negated, and where; None if none does twice."""
+    """Return the pair of terms that occurs most often, shifted or negated, and where; None of no two."""
     groups: dict[tuple[int, int, int, int], list[tuple[Term, Term]]] = {}
     for at, high in enumerate(terms):
         for low in terms[at + 1 :]:

@@ -125,7 +125,11 @@ def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Tu
     largest = 4 << unit.fraction_bits
     alone = len(systems) == 1
     x, y, z = start
-    bounds = _Bounds.of(systems[0].m, unit) if alone and turning.hi == 0 else None
+    bounds = (
+        _Bounds.of(systems[0].m, unit, turning=bool(turning.lo))
+        if alone and turning.lo == turning.hi
+        else None
+    )
     ending = alone and turning.lo == 1
     residual = _Residual(b, unit, steering=ending, summing=alone and turning.hi == 0)
     ahead = math.inf
@@ -148,7 +152,7 @@ def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Tu
             left = b.addsub(y, dy, back)
             if bounds is not None:
                 bounds = bounds.after(systems[0].steps[number][0])
-                turned = b.narrowed(turned, 0, bounds.length, loose=bounds.m == 0)
+                turned = b.narrowed(turned, bounds.least, bounds.length, loose=bounds.m == 0)
                 left = b.narrowed(left, -bounds.height, bounds.height, loose=bounds.m == 0)
             x = b.named("x", b.narrowed(turned, -largest, largest))
             y = b.named("y", b.narrowed(left, -largest, largest))
@@ -200,7 +204,7 @@ class _Residual:
 
 
 class _Bounds(NamedTuple):
-    """What vectoring leaves of a vector with x >= 0: |y| <= slope * x + excess, and its largest length.
+    """The largest length of a vector; vectoring leaves of one with x >= 0 |y| <= slope * x + excess.
 
     A step by 2^-S makes |y| - x 2^-S of |y|, and x longer by |y| 2^-S on the circle, each rounded half up.
     So slope' = max(slope - 2^-S, 2^-S) holds, with half a place more, and on the circle as many as x' may be
@@ -208,18 +212,19 @@ class _Bounds(NamedTuple):
     """
 
     m: int
+    turning: bool
     slope: float
     excess: float
     norm: float
 
     @classmethod
-    def of(cls, m: int, unit: Cau) -> _Bounds | None:
-        """Return the bounds of what begins, None of hyperbolic iterations."""
-        if m < 0:
+    def of(cls, m: int, unit: Cau, *, turning: bool) -> _Bounds | None:
+        """Return the bounds of what begins, None of hyperbolic iterations and of products."""
+        if m < 0 or (m == 0 and turning):
             return None
         if m == 0:
-            return cls(m, 2.0, 0.0, math.ldexp(1.0, unit.fraction_bits + 1))
-        return cls(m, math.inf, 0.0, math.ldexp(math.sqrt(2), unit.fraction_bits) + 1)
+            return cls(m, turning, 2.0, 0.0, math.ldexp(1.0, unit.fraction_bits + 1))
+        return cls(m, turning, math.inf, 0.0, math.ldexp(math.sqrt(2), unit.fraction_bits) + 1)
 
     def after(self, shift: int) -> _Bounds:
         """Return the bounds after a step by 2^-shift."""
@@ -238,6 +243,11 @@ class _Bounds(NamedTuple):
         )
 
     @property
+    def least(self) -> int:
+        """The least x."""
+        return -self.length if self.turning else 0
+
+    @property
     def length(self) -> int:
         """The largest x."""
         return math.ceil(self.norm)
@@ -245,6 +255,8 @@ class _Bounds(NamedTuple):
     @property
     def height(self) -> int:
         """The largest |y|."""
+        if self.turning:
+            return self.length
         return min(math.ceil(self.slope * self.norm + self.excess), self.length)
 
 

@@ -67,7 +67,7 @@ def encoded(b: CircuitBuilder, mantissa: CircuitSignal, exponent: Operand, forma
             word = b.shrv(mantissa << lift, limited(b, right + lift, mantissa.width + lift + 1))
         case _:
             word = _to_even(b, mantissa, right)
-    inside = (word <= format_.largest) & (word >= -format_.largest)
+    inside = b.within(word, format_.largest)
     return WordResult(b.narrowed(word, -format_.largest.hi, format_.largest.hi, loose=True), inside)
 
 

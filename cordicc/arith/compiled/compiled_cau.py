@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.compiled.compiled_systems import compiled_system
+from cordicc.arith.kernels.blocks import ZERO_EXPONENT
 from cordicc.arith.kernels.micro_rotations import limbs
 from cordicc.arith.kernels.reduction import SCALE_BITS, TAU_BITS, QuarterTurns, phase_constants
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, pi_fixed
@@ -50,7 +51,14 @@ class CompiledCau(Cau):
     """A unit with the operations of `Cau`, compiled."""
 
     def rotate(
-        self, m: int, x: Floats, y: Floats, z: Floats, *, quarters: QuarterTurns | None = None
+        self,
+        m: int,
+        x: Floats,
+        y: Floats,
+        z: Floats,
+        *,
+        quarters: QuarterTurns | None = None,
+        least: int = ZERO_EXPONENT,
     ) -> tuple[Floats, Floats]:
         """Turn (x, y) by z, as `Cau.rotate` does."""
         from cordicc.arith.compiled import unit_loops as units
@@ -58,7 +66,7 @@ class CompiledCau(Cau):
         constants = _steps(standard_table(self, m))
         if m == 1:
             reduction = _reduction(self.angle_bits), _quarters(quarters)
-            return self._run(units.rotate_circular, (x, y, z), constants, *reduction)
+            return self._run(units.rotate_circular, (x, y, z), constants, *reduction, least)
         return self._run(units.rotate_linear if m == 0 else units.rotate_hyperbolic, (x, y, z), constants)
 
     def vector(

@@ -94,7 +94,7 @@ def _reduce_by_table(
         quadrant[i] = 0
     for threshold in thresholds:
         for i in range(angle.size):
-            quadrant[i] += int(angle[i] >= threshold) - int(angle[i] <= -threshold)
+            quadrant[i] += int(angle[i] >= threshold) - int(angle[i] < -threshold)
     for i in range(angle.size):
         turns = quadrant[i]
         rest = angle[i] + (multiples[-turns] if turns < 0 else -multiples[turns])
@@ -112,6 +112,7 @@ def rotate_circular(
     steps: Steps,
     reduction: Reduction,
     quarters: Quarters,
+    least: int,
 ) -> None:
     """Turn (x, y) by z."""
     width, fraction_bits, angle_bits = widths
@@ -128,7 +129,7 @@ def rotate_circular(
         unpack_block(xs.view(np.int64), a, a_exponent, width)
         unpack_block(ys.view(np.int64), b, b_exponent, width)
         for i in range(c.size):
-            exponents[i] = max(a_exponent[i], b_exponent[i]) - (fraction_bits - width)
+            exponents[i] = max(a_exponent[i], b_exponent[i], least) - (fraction_bits - width)
         align_block(a, a_exponent, exponents)
         align_block(b, b_exponent, exponents)
         for i in range(c.size):

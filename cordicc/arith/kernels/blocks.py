@@ -55,13 +55,21 @@ def normalise(number: Scaled, bits: int) -> Scaled:
     return Scaled(mantissa, exponent)
 
 
-def joined(numbers: tuple[Scaled, ...], operand_bits: int, bits: int) -> tuple[list[Int64s], Int64s]:
+def joined(
+    numbers: tuple[Scaled, ...], operand_bits: int, bits: int, least: int = ZERO_EXPONENT
+) -> tuple[list[Int64s], Int64s]:
     """Bring numbers of `operand_bits` bits to one exponent, the largest mantissa having `bits` bits.
+
+    Args:
+        numbers: the numbers.
+        operand_bits: of their mantissas.
+        bits: of the largest mantissa.
+        least: the exponent of no number counts as less.
 
     Returns:
         The mantissas, and the common exponent.
     """
-    largest = numbers[0].exponent
+    largest = np.maximum(numbers[0].exponent, least)
     for number in numbers[1:]:
         largest = np.maximum(largest, number.exponent)
     exponent = largest - (bits - operand_bits)

@@ -39,6 +39,12 @@ TURN_TAIL_BITS = 30
 PHASE_EXPONENTS = range(-192, 161)
 """Of operands whose phase is known: singles, and words with the most and the fewest fraction bits."""
 
+THRESHOLD_BITS = 6
+"""Fraction bits of the angles at which a reduction by a table goes on to the next quarter turn."""
+
+LARGEST_REMAINDER = math.pi / 4 + 2.0 ** -(THRESHOLD_BITS + 1) + 2.0**-12
+"""What a reduction by a table leaves of an angle at most, its roundings included."""
+
 QUARTER_GUARD_BITS = 4
 """Bits below an angle's last with which a table of quarter turns is compared and subtracted, at most."""
 
@@ -58,8 +64,9 @@ class Reduced(NamedTuple):
 class QuarterTurns:
     """The quarter turns that an angle may have, with `fraction_bits` bits after the binary point.
 
-    `thresholds` are pi/4, 3 pi/4, ... as far as the angle may reach, `multiples` are 0, pi/2, pi, ..., one
-    more, each rounded to nearest.  Both sides of 0 are alike.
+    `thresholds` are pi/4, 3 pi/4, ... as far as the angle may reach, each to the nearest multiple of
+    2^-`THRESHOLD_BITS`; `multiples` are 0, pi/2, pi, ..., one more, rounded to nearest.  Both sides of 0 are
+    alike.
     """
 
     fraction_bits: int
@@ -86,7 +93,10 @@ def quarter_turns(angle_bits: int, width_bits: int, fraction_bits: int) -> Quart
         count += 1
     return QuarterTurns(
         bits,
-        tuple(_eighths_of_turn(2 * k - 1, bits) for k in range(1, count + 1)),
+        tuple(
+            _eighths_of_turn(2 * k - 1, THRESHOLD_BITS) << (bits - THRESHOLD_BITS)
+            for k in range(1, count + 1)
+        ),
         tuple(_eighths_of_turn(2 * k, bits) for k in range(count + 1)),
     )
 
@@ -100,9 +110,9 @@ def _eighths_of_turn(count: int, fraction_bits: int) -> int:
 def reduce_by_table(angle: Scaled, quarters: QuarterTurns, angle_bits: int) -> Reduced:
     """Return the quadrant 0..3 and the remainder of angles of the format that a table was made for.
 
-    Let A be the `angle_bits` and G >= A the table's bits.  The angle is rounded half up to z with G bits; k,
-    positive or negative, is how many thresholds z has reached; the remainder is z - k pi/2, rounded half up
-    to A bits.  Its error in units of 2^-A:
+    Let A be the `angle_bits` and G >= A the table's bits.  The angle is rounded half up to z with G bits; k
+    is how many thresholds z has reached, less those that it is beyond on the other side of 0; the remainder
+    is z - k pi/2, rounded half up to A bits.  Its error in units of 2^-A:
 
     - G = A: the format has no more than A bits and z is exact, and so is the difference; what is left is the
       rounding of k pi/2, at most 1/2.
@@ -110,16 +120,15 @@ def reduce_by_table(angle: Scaled, quarters: QuarterTurns, angle_bits: int) -> R
       rounding by 1/2, in all at most 3/4.
     - G = A + 4: z and the multiple are off by at most 1/32 each, in all 9/16.
 
-    Where no angle reaches pi/4 the multiple is 0 and exact.  Threshold and multiple are off by at most half
-    of 2^-G each, so the remainder is within pi/4 + 2^-G before its rounding, and after it, as an integer of
-    units, within the integer part of pi/4 and one more.  The micro-rotations converge up to 99 degrees.
+    Where no angle reaches pi/4 the multiple is 0 and exact.  A threshold is off by at most half of its place,
+    so the remainder is within `LARGEST_REMAINDER`.  The micro-rotations converge up to 99 degrees.
     """
     bits = quarters.fraction_bits
     rest = shifted(angle.mantissa, -bits - angle.exponent)
     thresholds = np.array(quarters.thresholds, dtype=np.int64)
     multiples = np.array(quarters.multiples, dtype=np.int64)
     above = np.searchsorted(thresholds, rest, side="right")
-    below = np.searchsorted(thresholds, -rest, side="right")
+    below = np.searchsorted(thresholds, -rest, side="left")
     rest += multiples[below] - multiples[above]
     if bits > angle_bits:
         rest = shifted_by(rest, bits - angle_bits)

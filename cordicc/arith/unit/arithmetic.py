@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.arith.kernels.blocks import ZERO_EXPONENT
 from cordicc.arith.kernels.reduction import QuarterTurns, quarter_turns
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.numbers.fixed_system import FixedSystem
@@ -83,7 +84,10 @@ class Arithmetic:
             if kind not in self.caus:
                 raise ValueError(f"the target has no arithmetic for units of kind {kind!r}")
             values = [operand.values for operand in operands]
-            more = {"quarters": self.quarters(kind, operands[2].format)} if op == "rotate" else {}
+            more: dict[str, Any] = {}
+            if op == "rotate":
+                least = least_exponent(operands[0].format, operands[1].format, self.caus[kind].operand_bits)
+                more = {"quarters": self.quarters(kind, operands[2].format), "least": least}
             results = _UNIT_OPERATIONS[op](self.caus[kind], params, *values, **more)
             return tuple(
                 None if f is None else Signal(f.encode_angle(v) if at == angle else f.encode(v), f)
@@ -104,8 +108,15 @@ class Arithmetic:
         return quarter_turns(self.caus[kind].angle_bits, angle.width_bits, angle.fraction_bits)
 
 
+def least_exponent(x: NumberFormat, y: NumberFormat, operand_bits: int) -> int:
+    """Return the exponent of the largest words of two formats as mantissas, that of 0 of words that float."""
+    if not isinstance(x, FixedPoint) or not isinstance(y, FixedPoint):
+        return ZERO_EXPONENT
+    return max(each.width_bits - 1 - each.fraction_bits for each in (x, y)) - operand_bits
+
+
 _UNIT_OPERATIONS: dict[str, Callable[..., tuple[Floats, ...]]] = {
-    "rotate": lambda cau, params, *values, quarters: cau.rotate(_system(params), *values, quarters=quarters),
+    "rotate": lambda cau, params, *values, **more: cau.rotate(_system(params), *values, **more),
     "vector": lambda cau, params, *values: cau.vector(
         _system(params), _unit_sign(params), *values, slack=slack_of(params)
     ),

@@ -63,16 +63,25 @@ class Cau:
     angle_bits: int = 32
 
     def rotate(
-        self, m: int, x: Floats, y: Floats, z: Floats, *, quarters: QuarterTurns | None = None
+        self,
+        m: int,
+        x: Floats,
+        y: Floats,
+        z: Floats,
+        *,
+        quarters: QuarterTurns | None = None,
+        least: int = ZERO_EXPONENT,
     ) -> tuple[Floats, Floats]:
         """Turn (x, y) by z: (x cos z - y sin z, y cos z + x sin z), m = 0: (x, y + x z), m = -1: cosh, sinh.
 
         The argument is reduced for every finite z in radians: for m = 1 by the table of `quarters`, if it is
         that of z's format (see `quarter_turns`) and the unit's angle bits, and without one by a product.
+        For m = 1 the block of x and y has an exponent of at least `least`: with that of the largest words of
+        a fixed-point format it has it always, and needs no shifts.
         """
         valid, (a, b, c) = _operands(x, y, z)
         if m == 1:
-            first, second = self._rotate_circular(a, b, c, quarters)
+            first, second = self._rotate_circular(a, b, c, quarters, least)
         else:
             first, second = (self._rotate_hyperbolic if m else self._rotate_linear)(a, b, c)
         return _delivered(first, valid), _delivered(second, valid)
@@ -125,13 +134,14 @@ class Cau:
         return unpack(values, self.operand_bits)
 
     def _rotate_circular(
-        self, x: Floats, y: Floats, z: Floats, quarters: QuarterTurns | None
+        self, x: Floats, y: Floats, z: Floats, quarters: QuarterTurns | None, least: int
     ) -> tuple[Floats, Floats]:
         if quarters is None:
             quadrant, remainder = reduce_circular(self._unpack(z), self.angle_bits)
         else:
             quadrant, remainder = reduce_by_table(self._unpack(z), quarters, self.angle_bits)
-        (a, b), exponent = joined((self._unpack(x), self._unpack(y)), self.operand_bits, self.fraction_bits)
+        numbers = self._unpack(x), self._unpack(y)
+        (a, b), exponent = joined(numbers, self.operand_bits, self.fraction_bits, least)
         odd = (quadrant & 1).astype(bool)
         a, b = np.where(odd, -b, a), np.where(odd, a, b)
         half_turn = 1 - (quadrant & 2)

@@ -53,7 +53,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.kernels.circular_bound import shift_error
-from cordicc.arith.kernels.reduction import QUARTER_GUARD_BITS, QuarterTurns
+from cordicc.arith.kernels.reduction import LARGEST_REMAINDER, QUARTER_GUARD_BITS, QuarterTurns
 from cordicc.arith.kernels.shift_sequences import (
     Sequence,
     StepTable,
@@ -178,7 +178,7 @@ def _circular_rotation(unit: Cau, quarters: QuarterTurns | None) -> LengthBound:
         reduction = math.tau * 2.0**-62 + (math.tau / 16 + 0.5) * _place(unit) + 2.0**-41
     else:
         reduction = _table_reduction_error(unit, quarters)
-    left = _angles_left(table, unit, math.pi / 4)[-1]
+    left = _angles_left(table, unit, LARGEST_REMAINDER)[-1]
     gain, places = 1.0, 0.5
     for shift in sequence.shifts:
         error = shift_error(shift, math.ldexp(gain, unit.fraction_bits + 1))

@@ -17,7 +17,7 @@ from cordicc.arith.kernels.shift_sequences import ln2_fixed
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat
-from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.arith.unit.arithmetic import Arithmetic, least_exponent
 from cordicc.backends.c import c_units as units
 from cordicc.backends.c.c_arithmetic import CArithmetic, COperand, conjunction
 from cordicc.backends.c.c_fixed import CannotEmit, CFixedPoint
@@ -202,6 +202,8 @@ class _ModelTexts:
                 turns = self.quarters.setdefault(quarters, f"quarters_{len(self.quarters) + 1}")
                 self.unit_needs["quarter_tables"] = None
                 more = [*more, f"&{turns}"]
+            cau = self.arithmetic.caus[operation.kind]
+            more = [*more, str(least_exponent(terms[0].format, terms[1].format, cau.operand_bits))]
         function = f"{operation.kind}_{section}"
         self.unit_needs |= {function: None, "nothing": None}
         number = self.plan.operations.index(operation)

@@ -194,7 +194,9 @@ def _addsub(module: _Module, cell: Gate) -> str:
         second = f"~{second}"
     else:
         second = f"({second} ^ {{{width}{{{module.whole(minus, 1)}}}}})"
-    return f"{module.whole(a, width)} + {second} + {last if width == 1 else f'{{{width - 1}{chr(39)}d0, {last}}}'}"
+    if width > 1:
+        last = f"{{{width - 1}'d0, {last}}}"
+    return f"{module.whole(a, width)} + {second} + {last}"
 
 
 def _negif(module: _Module, cell: Gate) -> str:
