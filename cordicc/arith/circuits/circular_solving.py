@@ -16,7 +16,7 @@ from cordicc.arith.unit.cau import Cau, implicit_table
 class Start(NamedTuple):
     """What the iterations begin with: the vector, the target, the angle, and thresholds of the end of reach.
 
-    `may_end` tells whether they apply.
+    `may_end` tells whether they apply; `short` is how far y may end from the target where there is a solution.
     """
 
     x: CircuitSignal
@@ -26,6 +26,7 @@ class Start(NamedTuple):
     height: CircuitSignal
     width: CircuitSignal
     may_end: CircuitSignal
+    short: CircuitSignal
 
 
 class Solved(NamedTuple):
@@ -74,7 +75,7 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
         y = b.mux(back, b.mux(up, y, x), -x)
         x = b.narrowed(flat, 0, flat.hi)
         z = b.mux(back, b.mux(up, z, z + quarter), z - quarter)
-    start = Start(x, y, target, z, near.column("height"), width, ~alone)
+    start = Start(x, y, target, z, near.column("height"), width, ~alone, near.short)
 
     def finish(last: Start) -> Solved:
         unreached = b.size(last.target) - b.size(last.y) > near.short

@@ -50,7 +50,7 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
     near = NearColumns.of(modes, reaches, exponent - 1)
     no_a = A.bits.equals(0)
     width = near.width(b.size(goal), bits)
-    start = Start(x, y, goal, b.of(0), near.column("height"), width, both & ~no_a)
+    start = Start(x, y, goal, b.of(0), near.column("height"), width, both & ~no_a, near.short)
     alone = both & no_a
     at_end = b.named("at_vertex", alone & (short <= known.slack) & (-short <= known.within))
     there = short <= known.slack

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circular_solving import Solved, Start, circular
 from cordicc.arith.circuits.hyperbolic_solving import hyperbolic
+from cordicc.arith.circuits.residual import Residual
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.uses import Modes, Use, format_of, of_system, word
 from cordicc.arith.circuits.words import WordResult, encoded, encoded_angle
@@ -85,54 +86,105 @@ def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Ca
     for system in systems:
         bent = system.chosen if system.m == -1 else bent
     root_free = unit.rule == "root-free"
+    # The target keeps its sign.  Towards the end of reach is its own direction, or against it.
+    end = _End(b, systems, state, b.negative(state.target), bent)
+    residual = Residual(b, unit.angle_bits, steering=False, summing=len(systems) == 1)
+    goal = b.named("goal", state.target + end.bias(0))
     ahead = math.inf
     for number in range(unit.iterations):
-        moving = b.together((state.x, state.y, state.target, state.z), ahead)
-        x, y, target, z = moving
+        moving = b.together((state.x, state.y, state.target, goal, state.z), ahead)
+        x, y, target, goal, z = moving
         state = state._replace(x=x, y=y, target=target, z=z)
         with b.scope(f"step{number + 1}"):
             shifts = " or ".join(dict.fromkeys(f"2^-{system.table.shifts[number]}" for system in systems))
             b.note(f"Step {number + 1}: by {'twice ' * root_free}the angle of {shifts}.")
-            up = b.named("up", _upwards(b, state, systems, number, bent))
+            gap, beyond = target - y, goal - y
+            if len(systems) == 1 and systems[0].m == 1:
+                limit = end.largest_gap(systems[0].table, number, unit)
+                gap, beyond = (b.narrowed(each, -limit, limit, loose=True) for each in (gap, beyond))
+            forward = ~b.mux(end.near(number, x), b.negative(gap), b.negative(beyond))
+            up = b.named("up", b.mux(b.negative(x), forward, b.negative(y) ^ bent))
             moves = [_moves(b, state, system, number, root_free=root_free) for system in systems]
             chosen = moves[0]
             for system, other in zip(systems[1:], moves[1:], strict=True):
                 chosen = _Moves(*(b.mux(system.chosen, p, q) for p, q in zip(chosen, other, strict=True)))
-            x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
-            y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
+            # The terms that are shifted down are added first: they are short.
+            x = b.named(
+                "x", b.narrowed(x - b.addsub(chosen.short_x, chosen.x, ~(up ^ bent)), -largest, largest)
+            )
+            y = b.named("y", b.narrowed(y - b.addsub(chosen.short_y, chosen.y, up), -largest, largest))
+            grown = (
+                goal
+                if end.bias(number + 1).number == end.bias(number).number
+                else target + end.bias(number + 1)
+            )
+            goal = b.named("goal", b.narrowed(grown + chosen.target, -2 * largest, 2 * largest))
             target = b.named("target", b.narrowed(target + chosen.target, -largest, largest))
-            limit = max(12 << unit.angle_bits, -z.lo, z.hi)
-            z = b.named("z", b.narrowed(b.addsub(z, chosen.angle, ~up), -limit, limit))
+            z = b.named("z", residual.after(z, chosen.angle, up))
             state = state._replace(x=x, y=y, target=target, z=z)
             ahead = b.taken_ns(moving, (x, y, z))
-    return state
+    return state._replace(z=residual.whole(state.z))
 
 
-def _upwards(
-    b: CircuitBuilder, state: Start, systems: Sequence[_System], number: int, bent: CircuitSignal
-) -> CircuitSignal:
-    """Return whether a step turns towards greater y: to the target, back from x < 0, or to the end."""
-    x, y, target = state.x, state.y, state.target
-    gap = b.named("gap", target - y)
-    height = width = None
-    for system in systems:
-        stretched = system.table.stretched[number]
-        own = _before(b, state.height, stretched)
-        wide = _before(b, state.width, stretched)
-        height = own if height is None else b.mux(system.chosen, height, own)
-        width = wide if width is None else b.mux(system.chosen, width, wide)
-    assert height is not None
-    assert width is not None
-    close = (gap <= height) & (gap >= -height) & (x > 0) & (x <= width) & state.may_end
-    forward = b.mux(close, ~b.negative(gap), ~b.negative(target) ^ bent)
-    return b.mux(b.negative(x), forward, b.negative(y) ^ bent)
+class _End:
+    """Where the sign of x decides: within a width of the end of reach, and a height of the target.
+
+    There a turn is in the target's direction, against it for m = -1: for a height h that is sgn(T - y + h)
+    upwards and sgn(T - y - h - 1) downwards, which a number beside the target gives.
+    """
+
+    def __init__(
+        self,
+        b: CircuitBuilder,
+        systems: Sequence[_System],
+        state: Start,
+        negative: CircuitSignal,
+        bent: CircuitSignal,
+    ) -> None:
+        self._b = b
+        self._systems = systems
+        self._state = state
+        self._down = b.named("down", negative ^ bent)
+
+    def bias(self, number: int) -> CircuitSignal:
+        """Return what is added to the target before a step, or after the last one."""
+        b, height = self._b, self._before(self._state.height, number)
+        return b.narrowed(b.bitwise("xor", height, -self._down), -height.hi - 1, height.hi)
+
+    def near(self, number: int, x: CircuitSignal) -> CircuitSignal:
+        """Return whether x is positive and within the width."""
+        width = self._before(self._state.width, number)
+        return ~self._b.negative(x) & ~x.equals(0) & (x <= width) & self._state.may_end
+
+    def largest_gap(self, table: StepTable, number: int, unit: Cau) -> int:
+        """Return the largest |T - y|, biased or not, before a circular step where there is a solution.
+
+        The vector is at most the turns to come from the target, or half a turn: the norm times this angle,
+        the roundings, and what y may end from the target are between them.
+        """
+        left = min(math.pi, math.ldexp(sum(table.angles[number:]) + table.angles[-1], -unit.angle_bits))
+        norm = math.ldexp(math.sqrt(2), unit.fraction_bits) * _STRETCH
+        return math.ceil(norm * left) + 4 * self._state.short.hi + self._state.height.hi
+
+    def _before(self, size: CircuitSignal, number: int) -> CircuitSignal:
+        found: CircuitSignal | None = None
+        for system in self._systems:
+            shares = system.table.stretched
+            own = _share(self._b, size, shares[min(number, len(shares) - 1)])
+            found = own if found is None else self._b.mux(system.chosen, found, own)
+        assert found is not None
+        return found
 
 
-def _before(b: CircuitBuilder, size: CircuitSignal, stretched: int) -> CircuitSignal:
+_STRETCH = 2.75
+"""More than the gain of root-free iterations on the circle, the larger one."""
+
+
+def _share(b: CircuitBuilder, size: CircuitSignal, stretched: int) -> CircuitSignal:
     """Return a threshold as it is before a step, from the gain so far as a share of the whole one."""
     if stretched == SHARES:
         return size
-    return (size * stretched + (SHARES - 1)) >> (SHARES.bit_length() - 1)
+    return (times(b, size, stretched) + (SHARES - 1)) >> (SHARES.bit_length() - 1)
 
 
 class _Moves(NamedTuple):
