@@ -1,18 +1,12 @@
-"""Builds circuits: arithmetic on signals, whose ranges follow, in as many cycles as a clock period asks for.
-
-A cell is in the cycle in which the last of its operands exists, or in the next one if its result would come
-too late in that; operands that exist earlier wait in registers.  So the depth of a pipeline follows from the
-delays of its cells and from the period.
-"""
+"""Builds circuits: arithmetic on signals, whose ranges follow, in the cycles that a clock period asks for."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cordicc.arith.circuits.circuit import SIGNAL_NAMES, Circuit, Gate, Port, pruned, width_of
+from cordicc.arith.circuits.cell_pipeline import CellPipeline
+from cordicc.arith.circuits.circuit import Circuit, Gate, Port, pruned, width_of
 from cordicc.arith.circuits.delays import COMBINATIONAL, Clocking
 
 
@@ -105,25 +99,21 @@ class CircuitBuilder:
 
     def __init__(self, name: str, clocking: Clocking = COMBINATIONAL) -> None:
         self.name = name
-        self.cells: list[Gate] = []
-        self.clocking = clocking
-        self._arrivals: list[float] = []
-        self._made: dict[tuple[object, ...], int] = {}
-        self._later: dict[int, int] = {}
+        self._pipeline = CellPipeline(clocking)
         self._inputs: list[Port] = []
-        self._outputs: list[tuple[str, CircuitSignal]] = []
-        self._notes: dict[int, str] = {}
-        self._note: str | None = None
-        self._names: set[str] = set()
-        self._scope: list[str] = []
+        self._outputs: list[tuple[str, int]] = []
+        # Comments and prefixes of names for the cells that follow.
+        self.note = self._pipeline.comment
+        self.scope = self._pipeline.scope
+
+    @property
+    def cells(self) -> Sequence[Gate]:
+        """The cells so far."""
+        return self._pipeline.cells
 
     def cycles(self) -> int:
         """Return the cycles after which all outputs are in registers, 0 if nothing is clocked."""
-        if self.clocking.period_ns == math.inf:
-            return 0
-        last = max((signal.cell.cycle or 0 for _, signal in self._outputs), default=0)
-        ends = [s for _, s in self._outputs if s.cell.cycle == last and self._arrivals[s.number] > 0]
-        return last + bool(ends)
+        return self._pipeline.cycles([number for _, number in self._outputs])
 
     def circuit(self, latency: int | None = None) -> Circuit:
         """Return what was built, with all outputs after some cycles, those that they need if None.
@@ -134,36 +124,17 @@ class CircuitBuilder:
         cycles = self.cycles() if latency is None else latency
         if cycles < self.cycles():
             raise ValueError(f"{self.name} takes {self.cycles()} cycles, not {cycles}")
-        outputs = [Port(name, self._at(signal, cycles).number) for name, signal in self._outputs]
-        return pruned(self.name, self.cells, self._inputs, outputs, self._notes)
+        outputs = [Port(name, self._pipeline.at(number, cycles)) for name, number in self._outputs]
+        return pruned(self.name, self.cells, self._inputs, outputs, self._pipeline.notes)
 
     def together(self, signals: Sequence[CircuitSignal], ahead_ns: float) -> list[CircuitSignal]:
         """Return signals as they exist in one cycle, in which what takes some time yet can follow."""
-        clocked = [signal for signal in signals if signal.cell.cycle is not None]
-        cycle = max((signal.cell.cycle or 0 for signal in clocked), default=0)
-        late = max((self._arrivals[s.number] for s in clocked if s.cell.cycle == cycle), default=0.0)
-        if late > 0 and late + ahead_ns > self.clocking.period_ns:
-            cycle += 1
-        return [self._at(signal, cycle) for signal in signals]
+        numbers = self._pipeline.together([signal.number for signal in signals], ahead_ns)
+        return [CircuitSignal(self, number) for number in numbers]
 
     def taken_ns(self, before: Sequence[CircuitSignal], after: Sequence[CircuitSignal]) -> float:
         """Return the time from signals to others, infinite if they are not in the same cycle."""
-        cycles = {signal.cell.cycle for signal in (*before, *after)} - {None}
-        if len(cycles) > 1:
-            return math.inf
-        start, end = (max(self._arrivals[each.number] for each in signals) for signals in (before, after))
-        return end - start
-
-    def note(self, text: str) -> None:
-        """Say something of the cells that follow."""
-        self._note = text
-
-    @contextmanager
-    def scope(self, prefix: str) -> Iterator[None]:
-        """Let the names of cells begin with a prefix."""
-        self._scope.append(prefix)
-        yield
-        self._scope.pop()
+        return self._pipeline.taken_ns(*([each.number for each in signals] for signals in (before, after)))
 
     def input(self, name: str, lo: int, hi: int) -> CircuitSignal:
         """Return an input with its range."""
@@ -177,7 +148,7 @@ class CircuitBuilder:
 
     def output(self, name: str, signal: Operand) -> None:
         """Let a signal leave."""
-        self._outputs.append((name, self.of(signal)))
+        self._outputs.append((name, self.of(signal).number))
 
     def of(self, value: Operand) -> CircuitSignal:
         """Return a signal, of an integer a constant one."""
@@ -187,12 +158,7 @@ class CircuitBuilder:
 
     def named(self, name: str, signal: CircuitSignal) -> CircuitSignal:
         """Return a signal under a name of its own, if it has none that somebody chose."""
-        cell = signal.cell
-        if cell.kind not in ("input", "constant") and cell.name.endswith("_"):
-            full = self._unique("_".join([*self._scope, name]))
-            self.cells[signal.number] = Gate(
-                cell.kind, cell.operands, cell.params, cell.lo, cell.hi, cell.cycle, full
-            )
+        self._pipeline.call(signal.number, name)
         return signal
 
     def add(self, a: Operand, b: Operand) -> CircuitSignal:
@@ -281,37 +247,6 @@ class CircuitBuilder:
             return self.shl(a, -count)
         half = 1 << (count - 1)
         return self._cell("round", (a,), (count,), (a.lo + half) >> count, (a.hi + half) >> count)
-
-    def shlv(self, a: Operand, count: CircuitSignal, within: tuple[int, int] | None = None) -> CircuitSignal:
-        """Return a 2^count, a multiplexer a bit of the count; it is known to lie within a range perhaps."""
-        found = self.of(a)
-        for place in reversed(range(count.hi.bit_length())):
-            found = self.mux(self.bit(count, place), found, found << (1 << place))
-            if within is not None:
-                found = self.narrowed(found, *within)
-        return found if within is not None else self._between(found, self.of(a), count, self.shl)
-
-    def shrv(self, a: Operand, count: CircuitSignal) -> CircuitSignal:
-        """Return a / 2^count rounded down, a multiplexer a bit of the count."""
-        found = self.of(a)
-        for place in reversed(range(count.hi.bit_length())):
-            found = self.mux(self.bit(count, place), found, found >> (1 << place))
-        return self._between(found, self.of(a), count, self.shr)
-
-    def _between(
-        self,
-        found: CircuitSignal,
-        a: CircuitSignal,
-        count: CircuitSignal,
-        shift: Callable[[int, int], CircuitSignal],
-    ) -> CircuitSignal:
-        """Return a shifted number with the range that the ends of the count leave."""
-        ends = [(shift(a.lo, n).lo, shift(a.hi, n).hi) for n in (count.lo, count.hi)]
-        return self.narrowed(found, min(low for low, _ in ends), max(high for _, high in ends))
-
-    def roundedv(self, a: CircuitSignal, count: CircuitSignal) -> CircuitSignal:
-        """Return a / 2^count rounded half up."""
-        return self.rounded(self.shrv(self.shl(a, 1), count), 1)
 
     def low(self, a: CircuitSignal, count: int) -> CircuitSignal:
         """Return a modulo 2^count."""
@@ -409,41 +344,6 @@ class CircuitBuilder:
         """Return a number, which a word of a width holds, as such a word."""
         return self._cell("narrow", (a,), (), -(1 << (width - 1)), (1 << (width - 1)) - 1)
 
-    def within(self, a: CircuitSignal, limit: Operand) -> CircuitSignal:
-        """Return whether |a| is at most a limit that is not negative; of 2^k - 1 the leading bits tell."""
-        limit = self.of(limit)
-        if limit.lo == limit.hi and limit.hi & (limit.hi + 1) == 0 and a.lo < -limit.hi and a.hi > limit.hi:
-            # All leading bits are the sign, and the rest is not 0 of a negative number.
-            places = limit.hi.bit_length()
-            top, sign = a >> places, self.negative(a)
-            return self.mux(sign, top.equals(0), top.equals(-1) & ~self.low(a, places).equals(0))
-        return (a <= limit) & (a >= -limit)
-
-    def clipped(self, a: CircuitSignal, lo: Operand, hi: Operand) -> CircuitSignal:
-        """Return the nearest value from `lo` to `hi`."""
-        lo, hi = self.of(lo), self.of(hi)
-        low = self.mux(self.less(a, lo), a, lo)
-        both = self.mux(self.less(hi, a), low, hi)
-        return self.narrowed(both, lo.lo, hi.hi)
-
-    def _at(self, signal: CircuitSignal, cycle: int) -> CircuitSignal:
-        """Return a signal as it exists in a cycle, behind registers."""
-        while signal.cell.cycle is not None and signal.cell.cycle < cycle:
-            later = self._later.get(signal.number)
-            if later is None:
-                cell = signal.cell
-                assert cell.cycle is not None
-                base = cell.name.rstrip("_")
-                name = self._unique(f"{base.rpartition('_q')[0] or base}_q{cell.cycle + 1}")
-                later = len(self.cells)
-                self.cells.append(
-                    Gate("register", (signal.number,), (), cell.lo, cell.hi, cell.cycle + 1, name)
-                )
-                self._arrivals.append(0.0)
-                self._later[signal.number] = later
-            signal = CircuitSignal(self, later)
-        return signal
-
     def _cell(
         self,
         kind: str,
@@ -455,35 +355,5 @@ class CircuitBuilder:
     ) -> CircuitSignal:
         if kind not in ("input", "constant") and lo == hi:
             return self.of(lo)
-        key = (kind, *(each.number for each in operands), params, lo, hi)
-        if name is None and key in self._made:
-            return CircuitSignal(self, self._made[key])
-        cycles = [each.cell.cycle for each in operands if each.cell.cycle is not None]
-        constant = kind == "constant" or (bool(operands) and not cycles)
-        cycle = max(cycles, default=0)
-        start = max(
-            (self._arrivals[each.number] for each in operands if each.cell.cycle == cycle), default=0.0
-        )
-        taken = 0.0 if constant else self.clocking.delay_ns(kind, [each.cell for each in operands], lo, hi)
-        if start > 0 and taken > 0 and start + taken > self.clocking.period_ns:
-            cycle, start = cycle + 1, 0.0
-        numbers = tuple(self._at(each, cycle).number for each in operands)
-        number = len(self.cells)
-        if name is None:
-            name = self._unique("_".join([*self._scope, SIGNAL_NAMES.get(kind, kind)])) + "_"
-        else:
-            self._names.add(name)
-        self.cells.append(Gate(kind, numbers, params, lo, hi, None if constant else cycle, name))
-        self._arrivals.append(self.clocking.entry_ns if kind == "input" else start + taken)
-        self._made[key] = number
-        if self._note is not None and kind != "constant":
-            self._notes[number] = self._note
-            self._note = None
-        return CircuitSignal(self, number)
-
-    def _unique(self, name: str) -> str:
-        found, count = name, 2
-        while found in self._names:
-            found, count = f"{name}{count}", count + 1
-        self._names.add(found)
-        return found
+        numbers = [each.number for each in operands]
+        return CircuitSignal(self, self._pipeline.place(kind, numbers, params, lo, hi, name))

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.shifting import shifted
+from cordicc.arith.circuits.limits import clipped
+from cordicc.arith.circuits.shifting import shifted, shlv
 from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction, block
 from cordicc.arith.kernels.reduction import (
@@ -71,7 +72,7 @@ def vectoring(
             norm = Raw(scaled, joined.exponent - (unit.fraction_bits + SCALE_BITS), b.of(1))
         if wanted[1]:
             least, most = b.mux(down, 0, -half_turn), b.mux(up | left, 0, half_turn)
-            turned = b.clipped(last.z, least, most)
+            turned = clipped(b, last.z, least, most)
             minus = modes.which(lambda use: use.sign < 0)
             total = b.addsub(at_fraction(b, z, unit.angle_bits), turned, minus)
             angle = Raw(total, b.of(-unit.angle_bits), ~zero)
@@ -102,7 +103,7 @@ def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[Circu
         return modes.pick(value)
 
     own = modes.pick(lambda use: _quarters(use, unit).fraction_bits)
-    fine = b.shlv(shifted(b, z.bits, z.fraction - own, z.bits.width + 1), finest - own)
+    fine = shlv(b, shifted(b, z.bits, z.fraction - own, z.bits.width + 1), finest - own)
     # The leading bits tell as well: thresholds have no more.
     coarse = finest - THRESHOLD_BITS
     lead = fine >> coarse

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.limits import clipped
 from cordicc.arith.circuits.near_end import NearColumns
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
@@ -16,7 +17,7 @@ from cordicc.arith.unit.cau import Cau, implicit_table
 class Start(NamedTuple):
     """What the iterations begin with: the vector, the target, the angle, and thresholds of the end of reach.
 
-    `may_end` tells whether they apply; `short` is how far y may end from the target where there is a solution.
+    `may_end` tells whether they apply; `short` is how far y may end from a target that it reaches.
     """
 
     x: CircuitSignal
@@ -81,8 +82,8 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
         unreached = b.size(last.target) - b.size(last.y) > near.short
         possible = b.named("solved", ~b.mux(alone, unreached, beyond) & ~none)
         angle = b.mux(at_end, last.z, end)
-        angle = b.clipped(
-            angle, b.mux(one_sign, -2 * half_turn, -half_turn), b.mux(one_sign, 2 * half_turn, 0)
+        angle = clipped(
+            b, angle, b.mux(one_sign, -2 * half_turn, -half_turn), b.mux(one_sign, 2 * half_turn, 0)
         )
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
         return Solved(b.negif(angle, plus), rest, place, possible)

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.limits import clipped, greater
 from cordicc.arith.circuits.scaled import Floating, added, normalised
-from cordicc.arith.circuits.shifting import greater
+from cordicc.arith.circuits.shifting import shlv
 from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
 from cordicc.arith.circuits.words import at_fraction
 from cordicc.arith.kernels.blocks import WIDE_BITS
@@ -28,7 +29,7 @@ def rotation(
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     limit = _SATURATED << unit.angle_bits
-    fixed = b.named("fixed", b.clipped(at_fraction(b, z, unit.angle_bits), -limit, limit))
+    fixed = b.named("fixed", clipped(b, at_fraction(b, z, unit.angle_bits), -limit, limit))
     down = unit.angle_bits - 16
     coarse = fixed >> down if down >= 0 else fixed << -down
     doublings = b.named("doublings", b.rounded(coarse * inverse_ln2_fixed(30), 46))
@@ -61,7 +62,7 @@ def vectoring(
     """Return what sqrt(x^2 - y^2) and z + artanh(y/x) begin with, and what makes them of its end."""
     x, y, z = words
     finest = b.named("finest", greater(b, x.fraction, y.fraction))
-    a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
+    a, c = (shlv(b, each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     defined = b.size(c) < b.size(a)
     u, v = sum_and_difference(b, modes, unit, x, y)
     sizes = [normalised(b, b.size(each.bits), -each.fraction, unit.operand_bits) for each in (x, y)]
@@ -162,7 +163,7 @@ def _within_slack(b: CircuitBuilder, modes: Modes, unit: Cau, size: Floating) ->
         if use.m != -1 or not use.slack.beyond:
             continue
         rows, places = unit.root_slack(use.slack)
-        row = b.clipped(size.exponent - rows.first, 0, rows.count - 1)
+        row = clipped(b, size.exponent - rows.first, 0, rows.count - 1)
         limit = b.pick(row, places.tolist())
         found = found | ((size.mantissa <= limit) & modes.mode.equals(number))
     return found
@@ -180,7 +181,7 @@ def sum_and_difference(
     if any(_spread(use) + unit.operand_bits > WIDE_BITS for use in modes.uses if use.m == -1):
         raise NoCircuitError("a hyperbolic operation on binary points far apart")
     finest = greater(b, x.fraction, y.fraction)
-    a, c = (b.shlv(each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
+    a, c = (shlv(b, each.bits, b.narrowed(finest - each.fraction, 0, 400)) for each in (x, y))
     total, difference = b.named("total", a + c), b.named("difference", a - c)
     u, v = (normalised(b, each, -finest, unit.fraction_bits) for each in (total, difference))
     return u, v

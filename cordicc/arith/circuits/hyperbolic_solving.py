@@ -5,9 +5,10 @@ from __future__ import annotations
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circular_solving import Begun, Solved, Start
 from cordicc.arith.circuits.hyperbolic import ln2_multiple, sum_and_difference
+from cordicc.arith.circuits.limits import clipped, greater
 from cordicc.arith.circuits.near_end import NearColumns
 from cordicc.arith.circuits.scaled import Floating, normalised
-from cordicc.arith.circuits.shifting import greater, shifted
+from cordicc.arith.circuits.shifting import shifted
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
 from cordicc.arith.kernels.blocks import ZERO_EXPONENT
@@ -73,7 +74,7 @@ def _estimate(b: CircuitBuilder, p: Floating, q: Floating, c: Floating) -> Circu
     log_n = greater(b, log_c, (log_p + log_q) >> 1)
     middle = 5 << (LOG_BITS - 3)
     log_e = log_n - log_p + (middle + (1 << (LOG_BITS - 1)))
-    return b.clipped(log_e >> LOG_BITS, -1024, 1024)
+    return clipped(b, log_e >> LOG_BITS, -1024, 1024)
 
 
 def _log2(b: CircuitBuilder, number: Floating) -> CircuitSignal:

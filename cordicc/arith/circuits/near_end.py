@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitSignal
+from cordicc.arith.circuits.limits import clipped
 from cordicc.arith.circuits.uses import Modes
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
 from cordicc.arith.kernels.shift_sequences import SHARES
@@ -30,7 +31,7 @@ class NearColumns(NamedTuple):
         known = [tables.get(number) for number in range(len(modes.uses))]
         first = b.pick(modes.mode, [table.rows.first if table else 0 for table in known])
         last = b.pick(modes.mode, [table.rows.count - 1 if table else 0 for table in known])
-        row = b.named("row", b.clipped(exponent - first, 0, last))
+        row = b.named("row", clipped(b, exponent - first, 0, last))
         bare = cls(modes, tables, row, row, row, row, row)
         return bare._replace(
             slack=bare.column("slack"),

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.shifting import greater
+from cordicc.arith.circuits.limits import greater, within
 from cordicc.arith.circuits.uses import NoCircuitError
 from cordicc.arith.circuits.words import WordResult
 from cordicc.arith.kernels.shift_sequences import pi_fixed, turn_fixed
@@ -73,7 +73,7 @@ def rounded(b: CircuitBuilder, number: ExactNumber, format_: FixedPoint) -> Word
         # Half of the last place, less one unit of what is cut, and that unit where the word would be odd.
         word = b.addc(mantissa, (1 << (down - 1)) - 1, b.bit(mantissa, down)) >> down
     largest = format_.largest_word
-    inside = b.within(word, largest)
+    inside = within(b, word, largest)
     return WordResult(b.narrowed(word, -largest, largest, loose=not (inside.lo == inside.hi == 1)), inside)
 
 

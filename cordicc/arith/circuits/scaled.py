@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.shifting import greater, length_of, shifted
+from cordicc.arith.circuits.limits import greater
+from cordicc.arith.circuits.shifting import length_of, shifted
 
 
 class Floating(NamedTuple):

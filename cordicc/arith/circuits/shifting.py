@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal, Operand
+from cordicc.arith.circuits.limits import limited
 
 
 def length_of(b: CircuitBuilder, size: CircuitSignal) -> CircuitSignal:
@@ -29,18 +30,36 @@ def length_of(b: CircuitBuilder, size: CircuitSignal) -> CircuitSignal:
     return b.narrowed(bits - zeros, 0, bits)
 
 
-def greater(b: CircuitBuilder, first: CircuitSignal, second: CircuitSignal) -> CircuitSignal:
-    """Return the larger of two numbers."""
-    return b.narrowed(
-        b.mux(first < second, first, second), max(first.lo, second.lo), max(first.hi, second.hi)
-    )
+def shlv(
+    b: CircuitBuilder, a: Operand, count: CircuitSignal, within: tuple[int, int] | None = None
+) -> CircuitSignal:
+    """Return a 2^count, a multiplexer a bit of the count; it is known to lie within a range perhaps."""
+    found = b.of(a)
+    for place in reversed(range(count.hi.bit_length())):
+        found = b.mux(b.bit(count, place), found, found << (1 << place))
+        if within is not None:
+            found = b.narrowed(found, *within)
+    return found if within is not None else _between(b, found, b.of(a), count, b.shl)
 
 
-def limited(b: CircuitBuilder, count: CircuitSignal, most: int) -> CircuitSignal:
-    """Return a count of places, of more than `most` that many."""
-    if count.hi <= most:
-        return count
-    return b.narrowed(b.mux(count > most, count, most), count.lo, most)
+def shrv(b: CircuitBuilder, a: Operand, count: CircuitSignal) -> CircuitSignal:
+    """Return a / 2^count rounded down, a multiplexer a bit of the count."""
+    found = b.of(a)
+    for place in reversed(range(count.hi.bit_length())):
+        found = b.mux(b.bit(count, place), found, found >> (1 << place))
+    return _between(b, found, b.of(a), count, b.shr)
+
+
+def _between(
+    b: CircuitBuilder,
+    found: CircuitSignal,
+    a: CircuitSignal,
+    count: CircuitSignal,
+    shift: Callable[[int, int], CircuitSignal],
+) -> CircuitSignal:
+    """Return a shifted number with the range that the ends of the count leave."""
+    ends = [(shift(a.lo, n).lo, shift(a.hi, n).hi) for n in (count.lo, count.hi)]
+    return b.narrowed(found, min(low for low, _ in ends), max(high for _, high in ends))
 
 
 def shifted(
@@ -63,10 +82,10 @@ def shifted(
     if right.lo == right.hi:
         found = b.rounded(number, right.lo)
     elif right.hi <= 0:
-        return b.shlv(number, -right, within)
+        return shlv(b, number, -right, within)
     else:
         lift = max(0, -right.lo)
-        found = b.rounded(b.shrv(number << (lift + 1), right + lift), 1)
+        found = b.rounded(shrv(b, number << (lift + 1), right + lift), 1)
     return found if within is None else b.narrowed(found, *within)
 
 

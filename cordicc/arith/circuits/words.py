@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal, Operand
-from cordicc.arith.circuits.shifting import greater, length_of, limited, shifted
+from cordicc.arith.circuits.limits import greater, limited, within
+from cordicc.arith.circuits.shifting import length_of, shifted, shlv, shrv
 from cordicc.arith.circuits.uses import Format, Word
 
 
@@ -64,10 +65,10 @@ def encoded(b: CircuitBuilder, mantissa: CircuitSignal, exponent: Operand, forma
             word = shifted(b, mantissa, right, mantissa.width + 1)
         case "floor":
             lift = max(0, -right.lo)
-            word = b.shrv(mantissa << lift, limited(b, right + lift, mantissa.width + lift + 1))
+            word = shrv(b, mantissa << lift, limited(b, right + lift, mantissa.width + lift + 1))
         case _:
             word = _to_even(b, mantissa, right)
-    inside = b.within(word, format_.largest)
+    inside = within(b, word, format_.largest)
     return WordResult(b.narrowed(word, -format_.largest.hi, format_.largest.hi, loose=True), inside)
 
 
@@ -77,8 +78,8 @@ def _to_even(b: CircuitBuilder, mantissa: CircuitSignal, right: CircuitSignal) -
     wide = mantissa << lift
     count = limited(b, right + (lift - 1), wide.width + 1)
     # One bit is kept below the last place, and whether anything was cut.
-    kept = b.shrv(wide, count)
-    cut = ~b.shlv(kept, count).equals(wide)
+    kept = shrv(b, wide, count)
+    cut = ~shlv(b, kept, count).equals(wide)
     half, odd = b.low(kept, 1), b.bit(kept, 1)
     return (kept >> 1) + (half & (cut | odd))
 
