@@ -22,7 +22,6 @@ def file_header(plan: Plan, about: str) -> list[str]:
         comment(f"Made by cordicc {__version__}: {command_line(plan)}"),
         f"SHA-256 of plan.json: {sha256(dump(plan).encode()).hexdigest()}",
         f"SPDX-License-Identifier: {LICENCE}",
-        "",
     ]
 
 

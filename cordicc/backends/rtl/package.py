@@ -11,7 +11,7 @@ from cordicc import __version__
 from cordicc.arith.circuits.uses import NoCircuitError
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.plain_templates import plain_templates
-from cordicc.backends.rtl.bench_words import BenchWords, Run, bench_words, hex_lines
+from cordicc.backends.rtl.bench_words import DEFAULT_COUNT, BenchWords, Run, bench_words, hex_lines
 from cordicc.backends.rtl.core import Core, core_of
 from cordicc.backends.rtl.file_headers import file_header
 from cordicc.backends.rtl.module_text import module_text
@@ -23,7 +23,7 @@ from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Plan
 
 
-def files(plan: Plan, run: Run, count: int) -> dict[str, str]:
+def files(plan: Plan, run: Run, count: int = DEFAULT_COUNT) -> dict[str, str]:
     """Return the texts of the folder by name, `rtl/` before each.
 
     Args:

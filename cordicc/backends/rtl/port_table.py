@@ -61,6 +61,6 @@ def _output_row(plan: Plan, port: PortWord, at: int) -> list[str]:
     if figures is not None and figures.bound is not None:
         bound = f"{figures.bound.value:.3g} {port.unit}".rstrip()
         if figures.bound.where:
-            bound += f", where {figures.bound.where}"
+            bound += f" ({figures.bound.where})"
     seen = None if figures is None else figures.observed.max
     return [*_common(port, at), angle, bound, "" if seen is None else f"{seen:.3g} {port.unit}".rstrip()]

@@ -6,7 +6,7 @@ from cordicc.arith.circuits.builder import CircuitBuilder
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.plain_operations import ExactNumber, rounded
 from cordicc.arith.circuits.units import Plain, unit_circuit
-from cordicc.arith.circuits.uses import Use
+from cordicc.arith.circuits.uses import NoCircuitError, Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.backends.rtl.ports import WordFormats
 from cordicc.plan.model import Operation, Plan
@@ -30,13 +30,17 @@ class UnitModules:
         """Return the module of a unit, and the number of the use by slot.
 
         Raises:
-            NoCircuitError: an operation has no circuit.
+            NoCircuitError: an operation has no circuit; the message names those of the unit.
         """
         uses = tuple(dict.fromkeys(self._use(operation) for operation in cell.operations))
         modes = {
             operation.start % interval: uses.index(self._use(operation)) for operation in cell.operations
         }
-        circuit = unit_circuit("unit", self._plan.arithmetic, cell.unit.kind, uses, cell.unit.latency)
+        try:
+            circuit = unit_circuit("unit", self._plan.arithmetic, cell.unit.kind, uses, cell.unit.latency)
+        except NoCircuitError as error:
+            ids = ", ".join(f"{o.id} ({o.mode or o.op}, for {o.equation})" for o in cell.operations)
+            raise NoCircuitError(f"{ids}: {error}") from None
         return self._named(cell.unit.kind, circuit), modes
 
     def of_rounding(self, held: FixedPoint, delivered: FixedPoint) -> str:
