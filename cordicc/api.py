@@ -144,7 +144,7 @@ class RunnablePlan(Plan):
 
         Args:
             name: of the artefact.
-            samples: of `verilog` and `verilog-vectors`, how many samples are drawn at random; None: 1000.
+            samples: of `verilog` and `verilog-vectors`, how many samples are drawn at random; None: 500.
 
         Raises:
             InvalidInput: an unknown name (E653).

@@ -21,7 +21,7 @@ from cordicc.ir.sampling import DEFAULT_SEED, Workspace, corners, draw, draw_by_
 Run = Callable[[Mapping[str, Floats]], Mapping[str, NDArray[Any]]]
 """Runs a plan: numbers of the inputs, shape (n,) each, to those of the outputs and `valid`."""
 
-DEFAULT_COUNT = 1000
+DEFAULT_COUNT = 500
 """Samples drawn at random unless told otherwise."""
 
 _SEED = 17

@@ -17,7 +17,7 @@ from cordicc.arith.circuits.units import PORTS
 from cordicc.backends.labels import constant
 from cordicc.backends.rtl.delays import Delay, delay_text, places
 from cordicc.backends.rtl.module_text import literal, signed_literal
-from cordicc.backends.rtl.names import comment, identifiers
+from cordicc.backends.rtl.names import comment, stem
 from cordicc.backends.rtl.ports import Ports, PortWord, WordFormats
 from cordicc.backends.rtl.unit_modules import UnitModules
 from cordicc.backends.rtl.wires import Wires
@@ -76,7 +76,7 @@ class _Core:
         self._netlist = Netlist.of(plan)
         self._interval = plan.initiation_interval
         self._words = WordFormats(plan)
-        self.name = identifiers([plan.name])[plan.name]
+        self.name = stem(plan.name)
         self.ports = Ports.of(plan)
         self.modules = UnitModules(plan, self.name)
         self._instances = {

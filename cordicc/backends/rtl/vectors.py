@@ -11,7 +11,7 @@ import numpy as np
 
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.rtl.bench_words import DEFAULT_COUNT, Run, bench_words, csv_lines, hex_lines
-from cordicc.backends.rtl.names import identifiers
+from cordicc.backends.rtl.names import stem
 from cordicc.backends.rtl.ports import Ports, PortWord
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.file import dump
@@ -54,7 +54,7 @@ def files(plan: Plan, run: Run, count: int = DEFAULT_COUNT) -> dict[str, str]:
         "outputs": _described(ports.outputs),
         "csv_sha256": sha256(table.encode()).hexdigest(),
     }
-    base = f"rtl/vectors/{identifiers([plan.name])[plan.name]}_samples"
+    base = f"rtl/vectors/{stem(plan.name)}_samples"
     return {
         f"{base}_in.hex": hex_lines(ins),
         f"{base}_out.hex": hex_lines(outs, words.ok),
