@@ -1,7 +1,7 @@
 """The samples with which a bench tries a core, as words, and what the plan makes of them.
 
-Corners of the ranges, samples drawn at random from the workspace, small ones, and words that stand for no
-number or are out of range, in a random order that is the same in every run.
+Corners of the ranges, the problem's own samples, others drawn at random from the workspace, small ones, and
+words that stand for no number or are out of range, in a random order that is the same in every run.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def bench_words(ports: Ports, workspace: Workspace, count: int, run: Run) -> Ben
     Args:
         ports: of the core.
         workspace: the ranges of its inputs, and the problem's own samples.
-        count: how many are drawn at random; the others come besides.
+        count: own samples and those drawn at random; the others come besides.
         run: what computes the outputs.
     """
     given = _mixed([*_inside(ports, workspace, count), _outside(ports)])
@@ -72,8 +72,13 @@ def bench_words(ports: Ports, workspace: Workspace, count: int, run: Run) -> Ben
 
 def _inside(ports: Ports, workspace: Workspace, count: int) -> list[tuple[Words, ...]]:
     """Return words of samples in range."""
-    drawn = [corners(workspace.ranges), draw(workspace, count, DEFAULT_SEED)]
-    drawn.append(draw_by_size(workspace, count // 4))
+    own = {name: np.asarray(column[:count]) for name, column in (workspace.rows or {}).items()}
+    drawn = [corners(workspace.ranges), draw_by_size(workspace, count // 4)]
+    if own:
+        drawn.append(own)
+    drawn.append(
+        draw(workspace, count - min((column.size for column in own.values()), default=0), DEFAULT_SEED)
+    )
     found = []
     for samples in drawn:
         words = (_words(port.format, samples[port.name]) for port in ports.inputs)
