@@ -60,7 +60,7 @@ def bench_words(ports: Ports, workspace: Workspace, count: int, run: Run) -> Ben
     given = _mixed([*_inside(ports, workspace, count), _outside(ports)])
     numbers = {}
     for port, words in zip(ports.inputs, given, strict=True):
-        lo, hi = port.lo or 0.0, port.hi or 0.0
+        lo, hi = workspace.ranges[port.name]
         # The ends of a range are no words: the numbers of the first and the last may be beyond them.
         number = np.clip(np.ldexp(words.astype(np.float64), -port.format.fraction_bits), lo, hi)
         numbers[port.name] = np.where((words < port.least) | (words > port.most), np.nan, number)

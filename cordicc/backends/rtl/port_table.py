@@ -48,7 +48,7 @@ def _common(port: PortWord, at: int) -> list[str]:
 def _input_row(port: PortWord, at: int) -> list[str]:
     return [
         *_common(port, at),
-        f"{port.lo!r} to {port.hi!r} {port.unit}".rstrip(),
+        "any: nothing takes it" if port.lo is None else f"{port.lo!r} to {port.hi!r} {port.unit}".rstrip(),
         f"{port.least} to {port.most}",
     ]
 

@@ -24,7 +24,7 @@ class PortWord:
         format: of its words.
         least: the least word that stands for a number.
         most: the largest.
-        lo: the least number of an input's range, None of an output.
+        lo: the least number of an input's range; None of an output, and of an input whose every word will do.
         hi: the largest.
         unit: of its numbers, may be empty.
     """
@@ -89,7 +89,7 @@ def _entering(item: PlanInput, port: str, format_: FixedPoint) -> PortWord:
     """Return the port of an input.  One that nothing uses may have a range that its words do not hold."""
     lo, hi = (int(word) for word in format_.encode(np.array([item.lo, item.hi])))
     if min(lo, hi) < -format_.largest_word:
-        lo, hi = -format_.largest_word, format_.largest_word
+        return _leaving(item.name, port, format_, False)
     unit = item.unit or ""
     if item.scale is not None and (meant := unit_meant(unit)) is not None:
         unit = base_unit(meant)
