@@ -83,7 +83,7 @@ ARTEFACTS = {each.name: each for each in (
     Artefact("verilog", None, "Verilog with a bench, in rtl/", _IF_ASKED, "backends.rtl.package:files", True),
     Artefact(
         "verilog-vectors", None, "samples as integers, for a bench of yours", _IF_ASKED,
-        "backends.rtl.vectors:files", True,
+        "backends.rtl.sample_vectors:files", True,
     ),
 )}
 # fmt: on

@@ -122,9 +122,10 @@ def _inner(files: Iterable[str]) -> list[Path]:
 def _link_others(old: Path, new: Path, inner: Path, files: Mapping[str, str]) -> None:
     """Link what is in a folder besides files into a new one; raises OSError for other folders in it."""
     own = {*map(Path, files), *_inner(files)}
-    for entry in os.scandir(old / inner):
-        if inner / entry.name not in own:
-            os.link(entry.path, new / inner / entry.name, follow_symlinks=False)  # not of a folder
-        elif entry.is_symlink():
-            raise NotADirectoryError(entry.path)
+    with os.scandir(old / inner) as entries:
+        for entry in entries:
+            if inner / entry.name not in own:
+                os.link(entry.path, new / inner / entry.name, follow_symlinks=False)  # not of a folder
+            elif entry.is_symlink() and inner / entry.name not in map(Path, files):
+                raise NotADirectoryError(entry.path)
     (new / inner).chmod((old / inner).stat().st_mode & 0o7777)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cordicc.arith.numbers.fixed_point import FixedPoint
-from cordicc.backends.rtl.ports import Ports, PortWord
+from cordicc.backends.rtl.word_ports import Ports, PortWord
 from cordicc.base.arrays import Floats, Words
 from cordicc.ir.sampling import DEFAULT_SEED, Workspace, corners, draw, draw_by_size
 

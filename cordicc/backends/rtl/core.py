@@ -15,12 +15,12 @@ import numpy as np
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.units import PORTS
 from cordicc.backends.labels import constant
-from cordicc.backends.rtl.delays import Delay, delay_text, places
+from cordicc.backends.rtl.delay_lines import Delay, delay_text, places
 from cordicc.backends.rtl.module_text import literal, signed_literal
 from cordicc.backends.rtl.names import comment, stem
-from cordicc.backends.rtl.ports import Ports, PortWord, WordFormats
 from cordicc.backends.rtl.unit_modules import UnitModules
 from cordicc.backends.rtl.wires import Wires
+from cordicc.backends.rtl.word_ports import Ports, PortWord, WordFormats
 from cordicc.plan.model import Operand, Operation, Plan
 from cordicc.plan.netlist import Cell, ConstantWord, FifoEnd, InputWord, Netlist
 

@@ -17,8 +17,8 @@ from cordicc.backends.rtl.file_headers import file_header
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.rtl.names import comment
 from cordicc.backends.rtl.port_table import port_table
-from cordicc.backends.rtl.ports import Ports
 from cordicc.backends.rtl.stream_fields import stream_texts
+from cordicc.backends.rtl.word_ports import Ports
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Plan
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from cordicc.backends.plain_templates import plain_templates
 from cordicc.backends.rtl.core import Core
 from cordicc.backends.rtl.file_headers import LICENCE, command_line
-from cordicc.backends.rtl.ports import PortWord
 from cordicc.backends.rtl.stream_fields import byte_fields
+from cordicc.backends.rtl.word_ports import PortWord
 from cordicc.plan.model import Plan
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from cordicc.backends.rtl.names import comment
-from cordicc.backends.rtl.ports import PortWord
+from cordicc.backends.rtl.word_ports import PortWord
 
 
 def byte_fields(ports: Sequence[PortWord]) -> Iterator[tuple[PortWord, int]]:

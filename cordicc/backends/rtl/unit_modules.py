@@ -8,7 +8,7 @@ from cordicc.arith.circuits.plain_operations import ExactNumber, rounded
 from cordicc.arith.circuits.units import Plain, unit_circuit
 from cordicc.arith.circuits.uses import NoCircuitError, Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
-from cordicc.backends.rtl.ports import WordFormats
+from cordicc.backends.rtl.word_ports import WordFormats
 from cordicc.plan.model import Operation, Plan
 from cordicc.plan.netlist import Cell
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.units import RESULTS
 from cordicc.backends.rtl.module_text import literal
-from cordicc.backends.rtl.ports import Ports, WordFormats
+from cordicc.backends.rtl.word_ports import Ports, WordFormats
 from cordicc.plan.model import Plan
 from cordicc.plan.netlist import ConstantWord, Driver, FifoEnd, InputWord, Netlist, UnitResult
 

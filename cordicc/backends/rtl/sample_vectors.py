@@ -12,7 +12,7 @@ import numpy as np
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.rtl.bench_words import DEFAULT_COUNT, Run, bench_words, csv_lines, hex_lines
 from cordicc.backends.rtl.names import stem
-from cordicc.backends.rtl.ports import Ports, PortWord
+from cordicc.backends.rtl.word_ports import Ports, PortWord
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.file import dump
 from cordicc.plan.model import Plan
