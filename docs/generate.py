@@ -118,7 +118,6 @@ list, `*` for each name.
 
 
 _HARDWARE = """
-
 ## Words in hardware
 
 What `--emit verilog` writes, and what hardware by others has to do to have the same bits on a fixed-point
@@ -133,7 +132,7 @@ target.
   1). Any invalid operand makes all results of an operation invalid. Inside, a bit beside each word does as
   well: then the code matters at the ports alone, and what an operation makes of invalid operands does not
   matter.
-- **Inputs**: the words from lo · 2^fraction to hi · 2^fraction, both rounded half up (`problem.inputs`),
+- **Inputs**: the words from lo · 2^fraction to hi · 2^fraction, both rounded like results (`problem.inputs`),
   are in range; any other one is invalid, and so is the sample, even if nothing takes the input. The ends
   are those of the rounded words.
 - **Rounding**: the steps of a unit cut or round half up as its kind says; its result, or that of an
@@ -145,8 +144,8 @@ target.
   word.
 - **Angles** are in radians. A result that is an angle (`outputs.*.angle`, the angle of a unit) of at most
   π, before it is rounded or within a quarter of the last place, is no word beyond π: the largest is floor(π
-  · 2^fraction). `wrap` brings an angle into (-π, π] by multiples of 2π, which are exact to six bits behind
-  the last place of the result.
+  · 2^fraction). `wrap` brings an angle into (-π, π] by multiples of a 2π with 27 fraction bits more than
+  the angle.
 - **Slots.** A sample enters in slot 0; cycle c of it is slot c modulo `initiation_interval`. An operation
   takes its operands in cycle `start` and its results are there from `finish` on. A shared unit has a
   control word for each slot in use (`units[].control`): the operation, and for each port the number of its

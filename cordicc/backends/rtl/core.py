@@ -160,9 +160,9 @@ class _Core:
             register, following = name("", place.register), name("", place.following)
             yield f"    // Where FIFOs of {place.depth} words write; next to it is the oldest word."
             yield f"    reg [{place.width - 1}:0] {register};"
-            first, last, one = (literal(value, place.width) for value in (0, place.depth - 1, 1))
-            yield f"    wire [{place.width - 1}:0] {following} ="
-            yield f"        ({register} == {last}) ? {first} : {register} + {one};"
+            first, last, one = (f"{place.width}'d{value}" for value in (0, place.depth - 1, 1))
+            step = f"({register} == {last}) ? {first} : {register} + {one}"
+            yield f"    wire [{place.width - 1}:0] {following} = {step};"
             yield ""
             resets.append(f"{register} <= {first};")
             each_sample.append(f"{register} <= {following};")
