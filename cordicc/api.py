@@ -139,8 +139,12 @@ class RunnablePlan(Plan):
         """Return the page `report.html`."""
         return artefacts.report_page(self)
 
-    def emit(self, name: str) -> dict[str, str]:
+    def emit(self, name: str, samples: int | None = None) -> dict[str, str]:
         """Return the texts of one of `cordicc.artefacts.ARTEFACTS` by file name, `c` for example.
+
+        Args:
+            name: of the artefact.
+            samples: of `verilog` and `verilog-vectors`, how many samples are drawn at random; None: 500.
 
         Raises:
             InvalidInput: an unknown name (E653).
@@ -149,7 +153,8 @@ class RunnablePlan(Plan):
         if name not in artefacts.ARTEFACTS:
             message = f"there is no artefact '{name}': {', '.join(artefacts.ARTEFACTS)}"
             raise InvalidInput([Diagnostic("E653", message)])
-        return dict(artefacts.ARTEFACTS[name].emit(self))
+        made = artefacts.ARTEFACTS[name]
+        return dict(made.emit(self, *([samples] if made.samples and samples is not None else [])))
 
     def __repr__(self) -> str:
         """Return name and key figures on one line."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +34,8 @@ class Artefact:
     is that writes it, as "module:function" below `cordicc`.  It takes the plan and returns the text of the
     file, or where `file` is None the texts by name; `cordicc.base.seals` knows how each is marked.  That of a
     picture also takes the width in pixels of the rows into which it may fold what it shows; None: a single
-    row.
+    row.  If the artefact has `samples` the emitter also takes what runs the plan, and may be told of how many
+    samples drawn at random it does.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Artefact:
     about: str
     written: Written
     emitter: str
+    samples: bool = False
 
     @property
     def is_picture(self) -> bool:
@@ -56,6 +59,10 @@ class Artefact:
         from cordicc.base.seals import sealed
 
         module, _, function = self.emitter.partition(":")
+        if self.samples:
+            from cordicc.emulate import functional
+
+            options = (partial(functional.run, plan, plan.arithmetic), *options)
         made = getattr(import_module(f"cordicc.{module}"), function)(plan, *options)
         texts = made if self.file is None else {self.file: made}
         return {name: sealed(name, text) for name, text in texts.items()}
@@ -73,6 +80,11 @@ ARTEFACTS = {each.name: each for each in (
     Artefact("graph", "graph.svg", "operations by dependence", _IF_DRAWN, f"{_PICTURES}.graph_view:render"),
     Artefact("script", "simulate.py", "a script that runs it", _ALWAYS, "backends.script:render"),
     Artefact("c", None, "a bit-accurate C99 model with its header", _IF_ASKED, "backends.c.c_model:files"),
+    Artefact("verilog", None, "Verilog with a bench, in rtl/", _IF_ASKED, "backends.rtl.package:files", True),
+    Artefact(
+        "verilog-vectors", None, "samples as integers, for a bench of yours", _IF_ASKED,
+        "backends.rtl.sample_vectors:files", True,
+    ),
 )}
 # fmt: on
 """By name, in the order in which they are written."""
@@ -89,8 +101,12 @@ VIEWS = tuple(name for name, each in ARTEFACTS.items() if each.is_picture)
 """What can be drawn of a plan."""
 
 
-def artefacts(plan: Plan, more: Iterable[str] = ()) -> dict[str, str]:
+def artefacts(
+    plan: Plan, more: Iterable[str] = (), samples: Mapping[str, int] | None = None
+) -> dict[str, str]:
     """Return the files of an output folder by name: what is always written, and `more` of `ARTEFACTS`.
+
+    `samples` tells of those which have samples how many are drawn, by name, if not as many as usual.
 
     Raises:
         Unattainable: one of them has no form for the plan.
@@ -99,7 +115,7 @@ def artefacts(plan: Plan, more: Iterable[str] = ()) -> dict[str, str]:
     files: dict[str, str] = {}
     for name, each in ARTEFACTS.items():
         if each.written is Written.ALWAYS or name in asked:
-            files |= each.emit(plan)
+            files |= each.emit(plan, *([samples[name]] if samples and name in samples else []))
     return files
 
 

@@ -117,10 +117,52 @@ list, `*` for each name.
 """
 
 
+_HARDWARE = """
+## Words in hardware
+
+What `--emit verilog` writes, and what hardware by others has to do to have the same bits on a fixed-point
+target.
+
+- **Words** are in two's complement: w stands for w · 2^-fraction, with `width` and `fraction` of
+  `formats.values` (inputs and results, by name) and `formats.outputs` (what is delivered). Constants
+  (`operations[].operands[].constant`, the `factor` of a product in `operations[].params`) have as many
+  fraction bits as let a word of the `width` plus `guard` of `target_data.arithmetic.format` hold them,
+  rounded to nearest, ties to even.
+- **Invalid words.** The least code, 1 0…0, stands for no number; so words are symmetric, ±(2^(width-1) -
+  1). Any invalid operand makes all results of an operation invalid. Inside, a bit beside each word does as
+  well: then the code matters at the ports alone, and what an operation makes of invalid operands does not
+  matter.
+- **Inputs**: the words from lo · 2^fraction to hi · 2^fraction, both rounded like results (`problem.inputs`),
+  are in range; any other one is invalid, and so is the sample, even if nothing takes the input. The ends
+  are those of the rounded words.
+- **Rounding**: the steps of a unit cut or round half up as its kind says; its result, or that of an
+  addition or product, which is exact, is rounded once to the format of the result, as
+  `target_data.arithmetic.format.rounding` says (half-up: add half of the last place and cut). A word that
+  leaves its format is invalid: nothing saturates, nothing wraps around.
+- **Outputs** whose format differs from that of the value they take (`outputs`) are rounded once more, in no
+  cycle of their own. A sample is valid if all its outputs are; if it is not, each of them is the invalid
+  word.
+- **Angles** are in radians. A result that is an angle (`outputs.*.angle`, the angle of a unit) of at most
+  π, before it is rounded or within a quarter of the last place, is no word beyond π: the largest is floor(π
+  · 2^fraction). `wrap` brings an angle into (-π, π] by multiples of a 2π with 27 fraction bits more than
+  the angle.
+- **Slots.** A sample enters in slot 0; cycle c of it is slot c modulo `initiation_interval`. An operation
+  takes its operands in cycle `start` and its results are there from `finish` on. A shared unit has a
+  control word for each slot in use (`units[].control`): the operation, and for each port the number of its
+  source in `units[].inputs`.
+- **FIFOs** take a word in the slot in which their input is there, one each interval, and hold `depth` of
+  them (`fifos`).
+- **Ports and handshake** of the Verilog: `clk`, `rst` (synchronous; valid bits, slots and addresses of RAM
+  alone), `ce`, `in_valid`, at an interval above 1 `in_ready`, the inputs in the order of `problem.inputs`;
+  `out_valid`, `out_ok`, and the outputs in the order of `problem.outputs`, `latency.cycles` after the
+  inputs. Names that are words of Verilog have an underscore behind them.
+"""
+
+
 def plan_page() -> str:
     """Return the reference of the fields of a plan."""
     rows = [f"| `{field}` | {_with_code(about)} |\n" for field, about in _fields(schema(), "")]
-    return _PLAN_HEAD + "".join(dict.fromkeys(rows))
+    return _PLAN_HEAD + "".join(dict.fromkeys(rows)) + _HARDWARE
 
 
 def _with_code(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,6 +25,7 @@ from cordicc.cli.arguments import (
     units_option,
 )
 from cordicc.cli.console import show, stages, tell
+from cordicc.cli.emissions import EMISSION, EmittingCommand
 from cordicc.cli.streams import deliver, say
 
 if TYPE_CHECKING:
@@ -49,7 +51,12 @@ def _hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> floa
     return rate
 
 
-@click.command("compile")
+def _shown(names: Iterable[str]) -> list[str]:
+    """Return the names of files, of a folder's files its name alone."""
+    return list(dict.fromkeys(name.partition("/")[0] + "/" * ("/" in name) for name in names))
+
+
+@click.command("compile", cls=EmittingCommand)
 @PROBLEM
 @output_option("Folder for the results.  [default: build/<name>]")
 @force_option()
@@ -83,7 +90,13 @@ def _hertz(ctx: click.Context, param: click.Parameter, text: str | None) -> floa
     help="Work of the searches, times the usual: more proves more, and may find less hardware.",
 )
 @time_limit_option("Emergency stop of searches, which otherwise end on deterministic work limits.")
-@click.option("--emit", type=click.Choice(list(ON_REQUEST)), multiple=True, help=f"Write more: {_MORE}.")
+@click.option(
+    "--emit",
+    type=EMISSION,
+    multiple=True,
+    help=f"Write more: {_MORE}.  Those with samples take a count, as 'verilog-vectors 5000' or "
+    "'verilog=5000'.",
+)
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
 @click.option(
     "--certify/--no-certify",
@@ -107,7 +120,7 @@ def command(
     minimize: str,
     effort: float,
     time_limit: float | None,
-    emit: tuple[str, ...],
+    emit: tuple[tuple[str, int | None], ...],
     print_after: str | None,
     certify: bool | None,
     explain: bool,
@@ -154,11 +167,12 @@ def command(
     tell(compiled.warnings)
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
-    files = artefacts(plan, emit)
+    counts = {name: count for name, count in emit if count is not None}
+    files = artefacts(plan, (name for name, _ in emit), counts)
     write_results(folder, files, force=force)
     if explain:
         say(explanation_text(plan), err=as_json)
     if as_json:
         deliver(summary(plan))
     elif not quiet:
-        show(plan_sheet(plan, f"wrote {folder}: {', '.join(files)}"))
+        show(plan_sheet(plan, f"wrote {folder}: {', '.join(_shown(files))}"))

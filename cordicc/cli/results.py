@@ -15,7 +15,7 @@ from cordicc.backends.script import text_for
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
 from cordicc.base.files import MAX_BYTES, read_bytes
 from cordicc.base.folders import write_files
-from cordicc.base.seals import is_sealed, was_sealed
+from cordicc.base.seals import is_csv, is_sealed, vouches, was_sealed
 
 _HEAD_BYTES = 4096
 
@@ -45,6 +45,9 @@ def _is_own(path: Path) -> bool:
     if path.is_symlink() or not path.is_file():
         return False
     data = _content(path)
+    if data is not None and is_csv(path.name):
+        described = _content(path.with_suffix(".json"))
+        return described is not None and vouches(described, data)
     if data is None or is_sealed(path.name, data):
         return data is not None
     plan = _content(path.parent / "plan.json")

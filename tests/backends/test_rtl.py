@@ -1,143 +1,129 @@
-"""The core of a plan in Verilog: equal to the emulator in a simulator, without a warning of lint."""
+"""The Verilog of a plan in the tools that engineers run: equal to the emulator, without a warning."""
 
 import shutil
 import subprocess
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from cordicc.backends.rtl.core import Core, PortWord, core_of
-from cordicc.backends.rtl.module_text import module_text
+import cordicc
+from tests.support.hardware import REACH, SUMS, changed, made, needs, written
+from tests.support.paths import EXAMPLES
 from tests.support.plans import compiled
+from tests.support.selection import quick, slow
 
-REACH = """
-name: reach
-inputs: {x: [0.2, 0.5], y: [-0.2, 0.3]}
-equations:
-  - solve: x*cos(a) + y*sin(a) = (x**2 + y**2 + 0.05)/0.7
-    for: a
-    branch: "-"
-  - r = hypot(x, y)*cos(a) + 2*x
-outputs: [a, r]
-"""
-SAMPLES = 200
-
-needs = {
-    program: pytest.mark.skipif(shutil.which(program) is None, reason=f"{program} is not installed")
-    for program in ("iverilog", "verilator")
+TEXTS = {"reach": REACH, "sums": SUMS}
+FAULTS = {
+    "latency": ("small_tb.v", "localparam LATENCY = ", "localparam LATENCY = 1 + "),
+    "clock enable": ("small_core.v", "end else if (ce) begin", "end else begin"),
+    "range": ("small_core.v", "wire x_ok_ok = (", "wire x_ok_ok = 1'b1 || ("),
+    "address of RAM": ("small_core.v", "        f1_ <= f1_ram[", "        f1_ <= f1_ram[1 + "),
+    "one credit too many": ("small_axis.v", "credits <= DEPTH;", "credits <= DEPTH + 1;"),
+    "bypass": ("small_axis.v", "is_kept ? kept_word : read_word", "read_word"),
+    "waits for tready": ("small_axis.v", "= level != ", "= m_axis_tready && level != "),
+    "tlast": ("small_axis.v", "m_axis_tlast = read_last", "m_axis_tlast = 1'b0"),
+    "field": ("small_axis.v", "shown[23:0]", "shown[24:1]"),
 }
 
 
-def core_in(folder: Path, interval: int) -> tuple[Core, list[Path], object]:
-    path = folder / "reach.yaml"
-    path.write_text(REACH, encoding="utf-8")
-    plan = compiled(path, target="fixed24", ii=interval, certify=False, effort=0.05)
-    core = core_of(plan, ["A core."])
-    texts = {f"{core.name}_core": core.text} | {n: module_text(c) for n, c in core.modules.items()}
-    files = []
-    for name, text in texts.items():
-        files.append(folder / f"{name}.v")
-        files[-1].write_text(text, encoding="ascii")
-    return core, files, plan
+def plan_of(folder: Path, text: str, interval: int = 1) -> cordicc.Plan:
+    (folder / "problem.yaml").write_text(text, encoding="utf-8")
+    return compiled(folder / "problem.yaml", target="fixed24", ii=interval, certify=False, effort=0.05)
 
 
-def bench(core: Core, ins: list[np.ndarray], outs: list[np.ndarray]) -> str:
-    """Return a bench that feeds words, with gaps, and compares what leaves."""
-
-    def row(ports: tuple[PortWord, ...], columns: list[np.ndarray], at: int) -> str:
-        words = [_hex(int(c[at]), p.format.width_bits) for p, c in zip(ports, columns, strict=True)]
-        return f"{{{', '.join(words)}}}"
-
-    rows = "\n".join(
-        f"        given[{at}] = {row(core.inputs, ins, at)}; wanted[{at}] = {row(core.outputs, outs, at)};"
-        for at in range(SAMPLES)
-    )
-    widths = [sum(p.format.width_bits for p in ports) for ports in (core.inputs, core.outputs)]
-    wires = "".join(
-        f"    wire [{p.format.width_bits - 1}:0] {p.port};\n" for p in (*core.inputs, *core.outputs)
-    )
-    took, made = (f"{{{', '.join(p.port for p in ports)}}}" for ports in (core.inputs, core.outputs))
-    ready = "in_ready" if core.interval > 1 else "1'b1"
-    ports = ["clk", "rst", "ce", "in_valid", "out_valid", "out_ok"] + ["in_ready"] * (core.interval > 1)
-    wired = ", ".join(
-        f".{name}({name})" for name in [*ports, *(p.port for p in (*core.inputs, *core.outputs))]
-    )
-    return f"""
-module bench;
-    reg clk = 0, rst = 1, ce = 1, in_valid = 0;
-    wire in_ready, out_valid, out_ok;
-{wires}    reg [{widths[0] - 1}:0] given [0:{SAMPLES}], now;
-    reg [{widths[1] - 1}:0] wanted [0:{SAMPLES}];
-    integer in = 0, out = 0, bad = 0, cycle = 0;
-    assign {took} = now;
-    {core.name}_core core ({wired});
-    always #5 clk = ~clk;
-    initial begin
-{rows}
-        #22 rst = 0;
-    end
-    always @(negedge clk) if (!rst && out_valid) begin
-        if ({made} !== wanted[out]) begin
-            bad = bad + 1;
-            $display("sample %0d: %h, not %h", out, {made}, wanted[out]);
-        end
-        out = out + 1;
-        if (out == {SAMPLES}) begin
-            if (bad == 0) $display("PASS"); else $display("FAIL %0d", bad);
-            $finish;
-        end
-    end
-    always @(posedge clk) if (!rst) begin
-        if (in_valid && {ready}) in = in + 1;
-        cycle = cycle + 1;
-        #1 in_valid = in < {SAMPLES} && (cycle % 7 != 3);
-        now = given[in];
-    end
-endmodule
-"""
+@pytest.fixture(scope="module")
+def sums(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sums")
+    return written(plan_of(folder, SUMS), folder, 100)
 
 
-def _hex(word: int, width: int) -> str:
-    return f"{width}'h{word % (1 << width):x}"
+@needs("iverilog")
+@pytest.mark.parametrize(
+    ("name", "interval"), quick([(n, i) for n in TEXTS for i in (1, 3, 4)], ("reach", 3), ("sums", 1))
+)
+def test_the_bench_passes_under_icarus(name: str, interval: int, tmp_path: Path) -> None:
+    folder = written(plan_of(tmp_path, TEXTS[name], interval), tmp_path, 60)
+    count = len((folder / "vectors" / f"{folder_name(folder)}_in.hex").read_text().splitlines()) - 1
+    end = made(folder, "sim")
+    assert (end.stdout.splitlines()[-1], end.returncode) == (f"PASS {count} samples", 0), end.stdout
 
 
-@pytest.mark.parametrize("interval", [1, 3])
-def test_the_core_has_the_bits_of_the_emulator(interval: int, tmp_path: Path) -> None:
-    core, files, plan = core_in(tmp_path, interval)
-    assert (core.interval, core.latency) == (interval, plan.latency_cycles)
-    if shutil.which("iverilog") is None:
-        pytest.skip("iverilog is not installed")
-    random = np.random.default_rng(1)
-    given = {
-        item.name: random.uniform(item.lo - 0.02, item.hi + 0.02, SAMPLES) for item in plan.problem.inputs
-    }
-    found = plan.simulate(given)
-    ok = found["valid"].astype(bool)
-    assert ok.any()
-    assert not ok.all()
-    ins = []
-    for port, item in zip(core.inputs, plan.problem.inputs, strict=True):
-        column = given[port.name]
-        words = port.format.encode(np.clip(column, item.lo, item.hi))
-        ins.append(np.where((column < item.lo) | (column > item.hi), port.format.invalid_word, words))
-    outs = [p.format.encode(np.where(ok, found[p.name], np.nan)) for p in core.outputs]
-    (tmp_path / "bench.v").write_text(bench(core, ins, outs), encoding="ascii")
-    subprocess.run(
-        ["iverilog", "-g2005", "-o", tmp_path / "sim", tmp_path / "bench.v", *files], check=True, timeout=120
-    )
-    end = subprocess.run([tmp_path / "sim"], capture_output=True, text=True, check=True, timeout=300)
-    assert end.stdout.startswith("PASS"), end.stdout
+def folder_name(folder: Path) -> str:
+    (core,) = folder.glob("*.core")
+    return core.stem
 
 
-@needs["verilator"]
-def test_lint_has_nothing_to_say(tmp_path: Path) -> None:
-    core, files, _ = core_in(tmp_path, 1)
-    top = f"{core.name}_core"
+@needs("iverilog")
+@pytest.mark.parametrize("fault", quick(FAULTS, "latency", "one credit too many"))
+def test_the_bench_tells_faults(fault: str, sums: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rtl"
+    shutil.copytree(sums, folder)
+    changed(folder, *FAULTS[fault])
+    end = made(folder, "sim")
+    assert "FAIL" in end.stdout
+    assert "PASS" not in end.stdout
+    assert end.returncode != 0
+
+
+@needs("verilator")
+@pytest.mark.parametrize("interval", [slow(1), slow(4)])
+@pytest.mark.exhaustive(reason="Verilator compiles for half a minute")
+def test_the_bench_passes_under_verilator(interval: int, tmp_path: Path) -> None:
+    end = made(written(plan_of(tmp_path, REACH, interval), tmp_path, 5000), "verilate")
+    last = end.stdout.splitlines()[-1].split()
+    assert (last[0], end.returncode, end.stderr) == ("PASS", 0, ""), end.stdout + end.stderr
+    assert int(last[1]) > 5000
+
+
+@needs("verilator")
+@pytest.mark.exhaustive(reason="Verilator compiles for half a minute")
+def test_verilator_tells_a_fault(sums: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rtl"
+    shutil.copytree(sums, folder)
+    changed(folder, *FAULTS["bypass"])
+    end = made(folder, "verilate")
+    assert "FAIL" in end.stdout
+    assert end.returncode != 0
+
+
+@needs("verilator")
+@pytest.mark.exhaustive(reason="10^5 samples")
+def test_no_sample_of_the_stream_is_lost_or_doubled(tmp_path: Path) -> None:
+    """The bench waits at random on both sides, and compares every payload while it waits too."""
+    folder = written(plan_of(tmp_path, SUMS, 2), tmp_path, 100_000)
+    end = made(folder, "verilate")
+    last = end.stdout.splitlines()[-1].split()
+    assert (last[0], end.returncode) == ("PASS", 0), end.stdout + end.stderr
+    assert int(last[1]) > 100_000
+
+
+@needs("verilator")
+@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("interval", quick([1, 4], 1))
+def test_lint_has_nothing_to_say(name: str, interval: int, tmp_path: Path) -> None:
+    end = made(written(plan_of(tmp_path, TEXTS[name], interval), tmp_path, 1), "lint")
+    assert (end.returncode, end.stdout, end.stderr) == (0, "", "")
+
+
+@needs("yosys")
+@pytest.mark.parametrize("top", ["core", "axis"])
+@pytest.mark.parametrize("interval", quick([1, 4], 4))
+def test_yosys_has_nothing_to_say(top: str, interval: int, tmp_path: Path) -> None:
+    folder = written(plan_of(tmp_path, SUMS, interval), tmp_path, 1)
+    sources = " ".join(sorted(f.name for f in folder.glob("*.v") if not f.stem.endswith("_tb")))
+    script = f"read_verilog {sources}; hierarchy -check -top small_{top}; proc; check -assert"
     end = subprocess.run(
-        ["verilator", "--lint-only", "-Wall", "--top-module", top, *files],
-        capture_output=True,
-        text=True,
-        timeout=120,
+        ["yosys", "-q", "-p", script], cwd=folder, capture_output=True, text=True, timeout=300, check=False
     )
-    assert (end.returncode, end.stderr) == (0, "")
+    assert (end.returncode, end.stdout, end.stderr) == (0, "", "")
+
+
+@needs("iverilog")
+@pytest.mark.parametrize(
+    "file", [slow(file) for file in sorted(EXAMPLES.glob("*.yaml"))], ids=lambda f: f.stem
+)
+@pytest.mark.exhaustive(reason="minutes of simulation")
+def test_the_examples_pass(file: Path, tmp_path: Path) -> None:
+    plan = compiled(file, target="fixed24", ii=4, certify=False, effort=0.1)
+    end = made(written(plan, tmp_path, 20), "sim")
+    assert end.stdout.splitlines()[-1].startswith("PASS"), end.stdout

@@ -54,6 +54,31 @@ def test_a_folder_with_folders_in_it(tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "arm").iterdir()) == sorted([*NEW, "sub"])
 
 
+def test_files_in_folders_of_the_folder(tmp_path: Path) -> None:
+    old = {**OLD, "rtl/core.v": "old", "rtl/vectors/in.hex": "old"}
+    new = {name: f"new {name}" for name in old}
+    folder = tmp_path / "arm"
+    for texts in (old, new):
+        write_files(folder, texts)
+        found = {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*") if p.is_file()}
+        assert found == {**texts, **({"rtl/notes.txt": "mine"} if texts is new else {})}
+        (folder / "rtl" / "notes.txt").write_text("mine")
+    (folder / "rtl" / "build").mkdir()
+    write_files(folder, old)
+    assert (folder / "rtl" / "vectors" / "in.hex").read_text() == "old"
+    assert (folder / "rtl" / "build").is_dir()
+    write_files(folder, NEW)
+    assert contents(folder) == NEW
+    assert (folder / "rtl" / "core.v").read_text() == "old"
+
+
+def test_a_file_where_a_folder_of_the_folder_belongs(tmp_path: Path) -> None:
+    write_files(tmp_path / "arm", {"rtl": "mine"})
+    with pytest.raises(InvalidInput, match="is a file, not a folder"):
+        write_files(tmp_path / "arm", {"plan.json": "{}", "rtl/core.v": "new"})
+    assert contents(tmp_path / "arm") == {"rtl": "mine"}
+
+
 def test_the_folder_behind_a_link_is_written_to(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     (tmp_path / "here").symlink_to("there")

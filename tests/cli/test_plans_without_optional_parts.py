@@ -93,5 +93,15 @@ def test_commands_take_what_the_reader_takes(tmp_path: Path) -> None:
         done = run(*arguments)
         assert done.exit_code == 0, done.output
     assert run("diff", plan, other).exit_code == run("diff", other, plan).exit_code == 1
-    for name in ARTEFACTS:
-        assert load_plan(plan).emit(name)
+    for name, artefact in ARTEFACTS.items():
+        assert artefact.samples or load_plan(plan).emit(name)
+
+
+def test_artefacts_with_samples_take_what_the_reader_takes(tmp_path: Path) -> None:
+    plan = compiled(EXAMPLES / "wheel_beta.yaml", target="fixed24", certify=False, effort=0.1)
+    whole = json.loads(plan.to_json())
+    ways = [way for way in WAYS if (less := lesser(whole, way)) != whole and read(less) is not None]
+    assert len(ways) > 8
+    (tmp_path / "plan.json").write_text(json.dumps(lesser(whole, *ways)), encoding="utf-8")
+    for name, artefact in ARTEFACTS.items():
+        assert not artefact.samples or load_plan(tmp_path / "plan.json").emit(name, 10)

@@ -12,7 +12,7 @@ from tests.support.plans import compiled
 
 @pytest.fixture(scope="module")
 def plan() -> cordicc.Plan:
-    return compiled(EXAMPLES / "wheel_beta.yaml")
+    return compiled(EXAMPLES / "wheel_beta.yaml", target="fixed24", certify=False, effort=0.1)
 
 
 @pytest.mark.parametrize("name", ARTEFACTS)
@@ -48,4 +48,4 @@ def test_the_commands_know_the_table() -> None:
 
 def test_an_unknown_name(plan: cordicc.Plan) -> None:
     with pytest.raises(InvalidInput, match="E653"):
-        plan.emit("verilog")
+        plan.emit("vhdl")

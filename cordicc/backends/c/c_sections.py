@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from cordicc.backends.plain_templates import plain_templates
 
 _MARK = "//@ "
 
@@ -53,21 +52,9 @@ class Library:
 
 def render(template: str, context: Mapping[str, Any]) -> str:
     """Return a template's text."""
-    return _environment().get_template(template).render(i64=int64, **context)
+    return plain_templates("cordicc.backends.c").get_template(template).render(i64=int64, **context)
 
 
 def int64(number: int) -> str:
     """Write a constant of 64 bits."""
     return f"INT64_C({number})" if number >= 0 else f"-INT64_C({-number})"
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("cordicc.backends.c", "templates"),
-        autoescape=False,  # C text; names and comments are cleaned before they come here
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )

@@ -7,31 +7,22 @@ interval.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.arith.circuits.builder import CircuitBuilder
 from cordicc.arith.circuits.circuit import Circuit
-from cordicc.arith.circuits.plain_operations import ExactNumber, rounded
-from cordicc.arith.circuits.units import PORTS, RESULTS, Plain, unit_circuit
-from cordicc.arith.circuits.uses import Use
-from cordicc.arith.numbers.fixed_point import FixedPoint
-from cordicc.arith.numbers.formats import BinaryPoint
-from cordicc.backends.rtl.module_text import literal
-from cordicc.backends.rtl.names import comment, identifiers
+from cordicc.arith.circuits.units import PORTS
+from cordicc.backends.labels import constant
+from cordicc.backends.rtl.delay_lines import Delay, delay_text, places
+from cordicc.backends.rtl.module_text import literal, signed_literal
+from cordicc.backends.rtl.names import comment, stem
+from cordicc.backends.rtl.unit_modules import UnitModules
+from cordicc.backends.rtl.wires import Wires
+from cordicc.backends.rtl.word_ports import Ports, PortWord, WordFormats
 from cordicc.plan.model import Operand, Operation, Plan
-from cordicc.plan.netlist import Cell, ConstantWord, Driver, FifoEnd, InputWord, Netlist, UnitResult
-
-
-@dataclass(frozen=True, slots=True)
-class PortWord:
-    """A port of the core: the name in the plan and in Verilog, and the format of its words."""
-
-    name: str
-    port: str
-    format: FixedPoint
+from cordicc.plan.netlist import Cell, ConstantWord, FifoEnd, InputWord, Netlist
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +33,7 @@ class Core:
         name: of the module without what follows it, and of the files.
         text: of the module.
         modules: the circuits of its units by module.
+        units: the module of each unit.
         inputs: its ports in the order of the plan.
         outputs: the same of what leaves.
         interval: cycles from sample to sample.
@@ -51,6 +43,7 @@ class Core:
     name: str
     text: str
     modules: Mapping[str, Circuit]
+    units: Mapping[str, str]
     inputs: tuple[PortWord, ...]
     outputs: tuple[PortWord, ...]
     interval: int
@@ -68,9 +61,10 @@ def core_of(plan: Plan, header: Sequence[str]) -> Core:
     return Core(
         made.name,
         "\n".join(lines) + "\n",
-        made.modules,
-        made.inputs,
-        made.outputs,
+        made.modules.circuits,
+        made.units,
+        made.ports.inputs,
+        made.ports.outputs,
         plan.initiation_interval,
         plan.latency_cycles,
     )
@@ -80,319 +74,296 @@ class _Core:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._netlist = Netlist.of(plan)
-        self._fifo = {fifo.id: fifo for fifo in plan.fifos}
-        self.name = identifiers([plan.name])[plan.name]
-        ports = identifiers([*plan.problem.input_names, *plan.outputs])
-        self.inputs = tuple(
-            PortWord(name, ports[name], self._format(name)) for name in plan.problem.input_names
-        )
-        self.outputs = tuple(PortWord(name, ports[name], self._delivered(name)) for name in plan.outputs)
-        self.modules: dict[str, Circuit] = {}
+        self._interval = plan.initiation_interval
+        self._words = WordFormats(plan)
+        self.name = stem(plan.name)
+        self.ports = Ports.of(plan)
+        self.modules = UnitModules(plan, self.name)
         self._instances = {
-            id: self._instance(cell) for id, cell in self._netlist.cells.items() if cell.operations
+            id: self.modules.of_unit(cell, self._interval)
+            for id, cell in self._netlist.cells.items()
+            if cell.operations
         }
-
-    def _format(self, name: str) -> FixedPoint:
-        """Return the format of an input or a result."""
-        return self._stated(self._plan.formats.values.get(name))
-
-    def _delivered(self, name: str) -> FixedPoint:
-        """Return the format of an output."""
-        return self._stated(self._plan.formats.outputs.get(name))
-
-    def _stated(self, spec: BinaryPoint | None) -> FixedPoint:
-        format_ = self._plan.arithmetic.system.format(spec)
-        assert isinstance(format_, FixedPoint)
-        return format_
-
-    def _operand_format(self, operand: Operand) -> FixedPoint:
-        if operand.value is not None:
-            return self._format(operand.value)
-        assert operand.constant is not None
-        format_ = self._plan.arithmetic.system.constant(operand.constant).format
-        assert isinstance(format_, FixedPoint)
-        return format_
-
-    def _use(self, operation: Operation) -> Use | Plain:
-        operands = tuple(self._operand_format(operand) for operand in operation.operands)
-        results = tuple(None if name is None else self._format(name) for name in operation.results)
-        system = self._plan.arithmetic.system
-        constants = tuple(
-            None if operand.constant is None else int(system.constant(operand.constant).words)
-            for operand in operation.operands
-        )
-        if operation.kind in self._plan.arithmetic.caus:
-            return Use(
-                operation.op,
-                -1 if operation.op == "lightcone" else operation.m or 0,
-                operands,
-                results,
-                int(operation.params.get("sign", 1)),
-                str(operation.params.get("branch", "-")),
-                operation.angle,
-                operation.slack,
-                constants,
-            )
-        assert results[0] is not None
-        return Plain(operation.op, tuple(operation.settings.items()), operands, results[0], constants)
-
-    def _instance(self, cell: Cell) -> tuple[str, dict[int, int]]:
-        """Return the module of a unit, and the number of the use by slot."""
-        uses = tuple(dict.fromkeys(self._use(operation) for operation in cell.operations))
-        modes = {
-            operation.start % self._netlist.interval: uses.index(self._use(operation))
-            for operation in cell.operations
-        }
-        circuit = unit_circuit("unit", self._plan.arithmetic, cell.unit.kind, uses, cell.unit.latency)
-        for name, other in self.modules.items():
-            if (other.cells, other.outputs, other.inputs) == (circuit.cells, circuit.outputs, circuit.inputs):
-                return name, modes
-        return self._added(cell.unit.kind, circuit), modes
-
-    def _added(self, what: str, circuit: Circuit) -> str:
-        """Return the name of a new module."""
-        base = f"{self.name}_{what}"
-        name = f"{base}{sum(known.startswith(base) for known in self.modules) + 1}"
-        self.modules[name] = Circuit(name, circuit.cells, circuit.inputs, circuit.outputs, circuit.notes)
-        return name
+        self.units = {id: module for id, (module, _) in self._instances.items()}
+        circuits = {id: self.modules.circuits[module] for id, module in self.units.items()}
+        self._wires = Wires(plan, self._netlist, self.ports, circuits)
+        self._places = places(plan.fifos)
 
     def lines(self) -> Iterator[str]:
-        plan, interval = self._plan, self._netlist.interval
         yield "`default_nettype none"
         yield ""
         yield f"module {self.name}_core ("
-        yield "    input  wire clk,"
-        yield "    input  wire rst,  // synchronous; of what is valid and of the slots"
-        yield "    input  wire ce,"
-        yield "    input  wire in_valid,"
-        if interval > 1:
-            yield "    output wire in_ready,  // in the slot in which a sample may enter"
-        for port in self.inputs:
-            yield f"    input  wire signed [{port.format.width_bits - 1}:0] {port.port},"
-        yield "    output wire out_valid,"
-        yield "    output wire out_ok,  // the sample has outputs; else they are the invalid code"
-        ports = [
-            f"    output wire signed [{port.format.width_bits - 1}:0] {port.port}" for port in self.outputs
-        ]
-        yield ",\n".join(ports)
+        yield from self._header()
         yield ");"
-        yield from self._slots()
+        yield from self._control()
         yield from self._entering()
-        yield from self._fifos()
+        yield ""
+        yield "    // What units deliver and FIFOs give up, and whether it stands for a number."
+        yield from (f"    {line}" for line in self._wires.declared())
         for id, cell in self._netlist.cells.items():
             if cell.operations:
                 yield from self._unit(id, cell)
-        yield from self._leaving(plan)
+        yield from self._fifos()
+        yield from self._leaving()
         yield "endmodule"
         yield ""
         yield "`default_nettype wire"
 
-    def _slots(self) -> Iterator[str]:
-        interval = self._netlist.interval
+    def _header(self) -> Iterator[str]:
+        """Yield the ports, in columns."""
+        rows = [
+            ("input  wire", "clk", ""),
+            ("input  wire", "rst", "synchronous"),
+            ("input  wire", "ce", "clock enable of everything but the reset"),
+            ("input  wire", "in_valid", "a sample is there"),
+        ]
+        if self._interval > 1:
+            rows.append(("output wire", "in_ready", "it is taken: slot 0 of the interval"))
+        rows += [("input  wire", *_port(port)) for port in self.ports.inputs]
+        rows += [
+            ("output wire", "out_valid", f"a sample leaves, {self._netlist.latency} cycles after it entered"),
+            ("output wire", "out_ok", "it has outputs; else each of them is the invalid code"),
+        ]
+        rows += [("output wire", *_port(port)) for port in self.ports.outputs]
+        longest = max(len(f"{kind} {name}") for kind, name, _ in rows) + 1
+        for number, (kind, name, about) in enumerate(rows):
+            text = f"{kind} {name}{',' if number < len(rows) - 1 else ''}"
+            yield f"    {text:<{longest}}  // {comment(about)}".rstrip().removesuffix("  //").rstrip()
+
+    def _control(self) -> Iterator[str]:
+        """Yield the registers that are reset: valid bits, the ring of slots, and where RAM is written."""
+        interval, depth = self._interval, self._netlist.valid_depth
+        name = self._wires.name
+        valid, slot = name("", "valid"), name("", "slot")
+        resets, steps, each_sample = [], [], []
         yield ""
         if interval > 1:
-            yield f"    // One slot after the other; samples enter in slot 0, each {interval} cycles."
-            yield f"    reg [{interval - 1}:0] slot;"
-            yield "    always @(posedge clk)"
-            yield f"        if (rst) slot <= {interval}'d1;"
-            yield f"        else if (ce) slot <= {{slot[{interval - 2}:0], slot[{interval - 1}]}};"
-            yield "    assign in_ready = slot[0];"
-        depth = self._netlist.valid_depth
-        fed = "in_valid" + (" && slot[0]" if interval > 1 else "")
+            yield "    // One-hot: one slot after the other; samples enter in slot 0."
+            yield f"    reg [{interval - 1}:0] {slot};"
+            yield f"    assign in_ready = {slot}[0];"
+            yield ""
+            resets.append(f"{slot} <= {literal(1, interval)};")
+            steps.append(f"{slot} <= {{{slot}[{interval - 2}:0], {slot}[{interval - 1}]}};")
         if depth:
-            yield f"    reg [{depth - 1}:0] valid;"
-            yield "    always @(posedge clk)"
-            yield f"        if (rst) valid <= {depth}'d0;"
-            shift = "in_valid" if depth == 1 else f"{{valid[{depth - 2}:0], in_valid}}"
-            gate = "ce" if interval == 1 else "ce && slot[0]"
-            yield f"        else if ({gate}) valid <= {shift};"
-            leaves = self._netlist.latency % interval
-            ready = f" && slot[{leaves}]" if interval > 1 else ""
-            yield f"    assign out_valid = valid[{depth - 1}]{ready};"
+            yield "    // Whether a sample is in a place of the pipeline."
+            yield f"    reg [{depth - 1}:0] {valid};"
+            leaves = self._slot(self._netlist.latency)
+            yield f"    assign out_valid = {valid}[{depth - 1}]{f' && {leaves}' if leaves else ''};"
+            yield ""
+            resets.append(f"{valid} <= {literal(0, depth)};")
+            shifted = "in_valid" if depth == 1 else f"{{{valid}[{depth - 2}:0], in_valid}}"
+            each_sample.append(f"{valid} <= {shifted};")
         else:
-            yield f"    assign out_valid = {fed};"
+            entered = self._slot(0)
+            yield f"    assign out_valid = in_valid{f' && {entered}' if entered else ''};"
+        for place in self._places.values():
+            register, following = name("", place.register), name("", place.following)
+            yield f"    // Where FIFOs of {place.depth} words write; next to it is the oldest word."
+            yield f"    reg [{place.width - 1}:0] {register};"
+            first, last, one = (f"{place.width}'d{value}" for value in (0, place.depth - 1, 1))
+            step = f"({register} == {last}) ? {first} : {register} + {one}"
+            yield f"    wire [{place.width - 1}:0] {following} = {step};"
+            yield ""
+            resets.append(f"{register} <= {first};")
+            each_sample.append(f"{register} <= {following};")
+        if resets:
+            yield from _reset_block(resets, steps, each_sample, self._slot(0))
+
+    def _slot(self, cycle: int) -> str:
+        """Return the bit of the slot of a cycle, nothing where every cycle is alike."""
+        if self._interval == 1:
+            return ""
+        return f"{self._wires.name('', 'slot')}[{cycle % self._interval}]"
+
+    def _gate(self, cycle: int) -> str:
+        """Return when what is there in a cycle of a sample is taken into a register."""
+        return " && ".join(filter(None, ("ce", self._slot(cycle))))
 
     def _entering(self) -> Iterator[str]:
         yield ""
         yield "    // Words out of the range of their input stand for no number, as the invalid code does."
-        for spec, port in zip(self._plan.problem.inputs, self.inputs, strict=True):
-            width = port.format.width_bits
-            lo, hi = (int(w) for w in port.format.encode(np.array([spec.lo, spec.hi])))
-            if -port.format.largest_word <= lo and hi <= port.format.largest_word:
-                least, most = literal(lo, width), literal(hi, width)
-                inside = f"({port.port} >= $signed({least})) && ({port.port} <= $signed({most}))"
+        for port in self.ports.inputs:
+            least, most = (signed_literal(word, port.width) for word in (port.least, port.most))
+            if port.most < port.format.largest_word or port.least > -port.format.largest_word:
+                inside = f"({port.port} >= {least}) && ({port.port} <= {most})"
             else:
-                inside = f"{port.port} != $signed({literal(port.format.invalid_word, width)})"
-            yield f"    wire {port.port}_ok = {inside};"
-
-    def _text(self, driver: Driver) -> str:
-        """Return the wire of a driver."""
-        match driver:
-            case InputWord(name):
-                return next(port.port for port in self.inputs if port.name == name)
-            case FifoEnd(fifo):
-                return (
-                    f"{fifo}_end" if self._fifo[fifo].depth else self._text(self._netlist.fifos[fifo].driver)
-                )
-            case UnitResult(unit, _):
-                return f"{unit}_{RESULTS[self._position(driver)]}"
-        raise AssertionError(driver)
-
-    def _ok(self, driver: Driver) -> str:
-        return f"{self._text(driver)}_ok"
-
-    def _position(self, driver: UnitResult) -> int:
-        return next(result.position for result in self._netlist.results.values() if result.driver == driver)
-
-    def _width(self, driver: Driver) -> int:
-        """Return the bits of what a driver carries."""
-        match driver:
-            case InputWord(name):
-                return self._format(name).width_bits
-            case FifoEnd(fifo) if not self._fifo[fifo].depth:
-                return self._width(self._netlist.fifos[fifo].driver)
-            case FifoEnd(fifo):
-                return self._format(self._fifo[fifo].value).width_bits
-            case UnitResult(unit, _):
-                module, _ = self._instances[unit]
-                circuit = self.modules[module]
-                port = RESULTS[self._position(driver)]
-                return next(circuit.cells[p.cell].width for p in circuit.outputs if p.name == port)
-        raise AssertionError(driver)
-
-    def _sized(self, driver: Driver, width: int) -> str:
-        """Return what a driver carries in a width."""
-        if isinstance(driver, ConstantWord):
-            return literal(int(self._plan.arithmetic.system.constant(driver.text).words), width)
-        own, text = self._width(driver), self._text(driver)
-        if own == width:
-            return text
-        if own > width:
-            return f"{text}[{width - 1}:0]"
-        return f"{{{{{width - own}{{{text}[{own - 1}]}}}}, {text}}}"
+                inside = f"{port.port} != {signed_literal(-port.invalid, port.width)}"
+            yield f"    wire {self._wires.ok(InputWord(port.name))} = {inside};"
 
     def _fifos(self) -> Iterator[str]:
         for fifo in self._plan.fifos:
-            connection = self._netlist.fifos[fifo.id]
             if not fifo.depth:
                 continue
-            width, depth = self._format(fifo.value).width_bits, fifo.depth
+            connection = self._netlist.fifos[fifo.id]
+            end = FifoEnd(fifo.id)
+            width = self._wires.width(end)
+            delay = Delay(
+                self._wires.name("fifo", fifo.id),
+                fifo.depth,
+                width,
+                self._wires.sized(connection.driver, width),
+                self._wires.ok(connection.driver),
+                self._wires.word(end),
+                self._wires.ok(end),
+                self._gate(connection.cycle),
+            )
+            words = "word" if fifo.depth == 1 else "words"
             yield ""
-            about = f"{fifo.value}, {depth} {'word' if depth == 1 else 'words'}"
-            yield f"    // FIFO {fifo.id}: {comment(about)}."
-            slot = connection.cycle % self._netlist.interval
-            gate = "ce" if self._netlist.interval == 1 else f"ce && slot[{slot}]"
-            taken = f"{{{self._ok(connection.driver)}, {self._sized(connection.driver, width)}}}"
-            yield f"    reg [{depth * (width + 1) - 1}:0] {fifo.id};"
-            if depth == 1:
-                yield f"    always @(posedge clk) if ({gate}) {fifo.id} <= {taken};"
+            yield f"    // FIFO {fifo.id}: {comment(fifo.value)}, {fifo.depth} {words}."
+            place = self._places.get(fifo.depth)
+            if place is None:
+                yield from delay_text(delay)
             else:
-                rest = f"{fifo.id}[{(depth - 1) * (width + 1) - 1}:0]"
-                yield f"    always @(posedge clk) if ({gate}) {fifo.id} <= {{{rest}, {taken}}};"
-            top = depth * (width + 1) - 1
-            yield f"    wire signed [{width - 1}:0] {fifo.id}_end = {fifo.id}[{top - 1}:{top - width}];"
-            yield f"    wire {fifo.id}_end_ok = {fifo.id}[{top}];"
+                memory = self._wires.name("fifo", f"{fifo.id}_ram")
+                write, read = (self._wires.name("", each) for each in (place.register, place.following))
+                yield from delay_text(delay, (memory, write, read))
+
+    def _about(self, operation: Operation) -> str:
+        """Say what an operation is, and when."""
+        taken = ", ".join(_shown(operand) for operand in operation.operands)
+        slot = f", slot {operation.start % self._interval}" if self._interval > 1 else ""
+        purpose = f", for {operation.equation}" if operation.equation else ""
+        text = f"{operation.id}: {operation.mode or operation.op} of {taken}{purpose}"
+        return f"{text}; cycles {operation.start} to {operation.finish}{slot}"
 
     def _unit(self, id: str, cell: Cell) -> Iterator[str]:
         module, modes = self._instances[id]
-        circuit = self.modules[module]
-        interval = self._netlist.interval
+        circuit = self.modules.circuits[module]
+        widths = {port.name: circuit.cells[port.cell].width for port in circuit.inputs}
         yield ""
         for operation in cell.operations:
-            slot = f", slot {operation.start % interval}" if interval > 1 else ""
-            text = f"{operation.id}: {operation.mode}, for {operation.equation}, cycles {operation.start} to"
-            yield f"    // {comment(f'{text} {operation.finish}{slot}')}"
-        taken = []
-        for port, wired in zip(PORTS, cell.ports, strict=False):
-            width = next((circuit.cells[p.cell].width for p in circuit.inputs if p.name == port), 0)
-            if not width:
+            yield f"    // {comment(self._about(operation))}."
+        wired = [("clk", "clk"), ("ce", "ce")] if circuit.registers() else []
+        for port, taken in zip(PORTS, cell.ports, strict=False):
+            if port not in widths:
                 continue
-            texts = [self._sized(source, width) for source in wired.sources]
-            text = self._chosen(wired.select, texts, width)
-            yield f"    wire signed [{width - 1}:0] {id}_{port} = {text};"
-            taken.append(f".{port}({id}_{port})")
+            width, name = widths[port], self._wires.name("unit", f"{id}_{port}")
+            texts = [self._wires.sized(source, width) for source in taken.sources]
+            yield f"    wire signed [{width - 1}:0] {name} ={self._chosen(taken.select, texts, width)};"
+            wired.append((port, name))
         oks = {}
         for operation in cell.operations:
             drivers = [each.driver for each in self._netlist.operands[operation.id]]
-            bits = list(dict.fromkeys(self._ok(d) for d in drivers if not isinstance(d, ConstantWord)))
-            oks[operation.start % interval] = " && ".join(bits) or "1'b1"
+            oks[operation.start % self._interval] = self._wires.all_ok(drivers)
         distinct = list(dict.fromkeys(oks.values()))
         select = {slot: distinct.index(text) for slot, text in oks.items()}
-        yield f"    wire {id}_ok = {self._chosen(select, [f'({text})' for text in distinct], 1)};"
-        taken.append(f".ok({id}_ok)")
-        if any(port.name == "mode" for port in circuit.inputs):
-            width = next(circuit.cells[p.cell].width for p in circuit.inputs if p.name == "mode")
+        ok = self._wires.name("unit", f"{id}_ok")
+        yield f"    wire {ok} ={self._chosen(select, distinct, 1)};"
+        wired.append(("ok", ok))
+        if "mode" in widths:
+            width, name = widths["mode"], self._wires.name("unit", f"{id}_mode")
             numbers = sorted(set(modes.values()))
-            texts = [literal(number, width) for number in numbers]
             select = {slot: numbers.index(number) for slot, number in modes.items()}
-            sized = f"[{width - 1}:0] " if width > 1 else ""
-            yield f"    wire {sized}{id}_mode = {self._chosen(select, texts, width)};"
-            taken.append(f".mode({id}_mode)")
+            chosen = self._chosen(select, [literal(number, width) for number in numbers], width)
+            yield f"    wire {f'[{width - 1}:0] ' if width > 1 else ''}{name} ={chosen};"
+            wired.append(("mode", name))
         for result in circuit.outputs:
-            width = circuit.cells[result.cell].width
-            signed = "" if result.name.endswith("_ok") else f"signed [{width - 1}:0] "
-            yield f"    wire {signed}{id}_{result.name};"
-            taken.append(f".{result.name}({id}_{result.name})")
-        clocked = circuit.registers() > 0
-        taken[:0] = [".clk(clk)", ".ce(ce)"] if clocked else []
-        yield f"    {module} {id} ("
-        yield ",\n".join(f"        {each}" for each in taken)
+            wired.append((result.name, self._wires.name("unit", f"{id}_{result.name}")))
+        yield f"    {module} {self._wires.name('unit', id)} ("
+        yield ",\n".join(f"        .{port}({name})" for port, name in wired)
         yield "    );"
 
     def _chosen(self, select: Mapping[int, int], texts: Sequence[str], width: int) -> str:
-        """Return the text of what a slot selects."""
+        """Return the text of what a slot selects, a space or the end of a line before it."""
         if len(texts) == 1:
-            return texts[0]
+            return f" {texts[0]}"
         terms = []
         for number, text in enumerate(texts):
-            slots = [f"slot[{slot}]" for slot, chosen in sorted(select.items()) if chosen == number]
+            slots = [self._slot(slot) for slot, chosen in sorted(select.items()) if chosen == number]
             gate = slots[0] if len(slots) == 1 else f"({' | '.join(slots)})"
-            terms.append(f"({{{width}{{{gate}}}}} & {text})" if width > 1 else f"({gate} & {text})")
-        return "\n        | ".join(terms)
+            if text == literal(0, width):
+                continue
+            if text == "1'd1":
+                terms.append(gate)
+            elif width > 1:
+                terms.append(f"({{{width}{{{gate}}}}} & {text})")
+            else:
+                terms.append(f"({gate} & {f'({text})' if ' ' in text else text})")
+        return "".join(f"\n        {'|' if at else ' '} {term}" for at, term in enumerate(terms))
 
-    def _leaving(self, plan: Plan) -> Iterator[str]:
+    def _never_taken(self) -> Generator[str, None, list[str]]:
+        """Return the bit, if there is any, that tells whether inputs which nothing takes are in range."""
+        taken = {each.driver for each in self._netlist.connections()}
+        bits = [self._wires.ok(each) for p in self.ports.inputs if (each := InputWord(p.name)) not in taken]
+        depth = self._netlist.valid_depth
+        if not bits:
+            return []
+        inside = " && ".join(bits)
+        if not depth:
+            return [inside]
+        name = self._wires.name("", "unused_ok")
+        yield "    // Whether the inputs that nothing takes are in range, which counts too."
+        yield f"    reg [{depth - 1}:0] {name};"
+        shifted = inside if depth == 1 else f"{{{name}[{depth - 2}:0], {inside}}}"
+        yield f"    always @(posedge clk) if ({self._gate(0)}) {name} <= {shifted};"
+        return [f"{name}[{depth - 1}]"]
+
+    def _leaving(self) -> Iterator[str]:
         yield ""
         yield "    // What leaves: rounded to the words of the outputs, and valid if all of them are."
-        oks = []
-        for port in self.outputs:
-            connection = self._netlist.outputs[port.name]
-            driver = connection.driver
-            name, width = port.port, port.format.width_bits
-            equations = [each.text for each in plan.problem.equations if each.target == port.name]
-            for text in equations[:1]:
-                yield f"    // {comment(text)}"
+        plan, words = self._plan, {}
+        oks = yield from self._never_taken()
+        for port in self.ports.outputs:
+            driver = self._netlist.outputs[port.name].driver
+            word = words[port.port] = self._wires.name("output", f"{port.port}_word")
+            for equation in plan.problem.equations:
+                if equation.target == port.name:
+                    yield f"    // {comment(equation.text)}"
             if isinstance(driver, ConstantWord):
-                word = plan.arithmetic.system.constant(driver.text)
-                (value,) = port.format.encode(np.atleast_1d(word.values))
-                yield f"    wire signed [{width - 1}:0] {name}_word = {literal(int(value), width)};"
+                number = plan.arithmetic.system.constant(driver.text)
+                (value,) = port.format.encode(np.atleast_1d(number.values))
+                yield f"    wire signed [{port.width - 1}:0] {word} = {literal(int(value), port.width)};"
                 continue
-            value = plan.outputs[port.name].value
-            assert value is not None
-            held = self._format(value)
+            value_name = plan.outputs[port.name].value
+            assert value_name is not None
+            held = self._words.held(value_name)
+            oks.append(self._wires.ok(driver))
             if held == port.format:
-                yield f"    wire signed [{width - 1}:0] {name}_word = {self._sized(driver, width)};"
-                oks.append(self._ok(driver))
+                sized = self._wires.sized(driver, port.width)
+                yield f"    wire signed [{port.width - 1}:0] {word} = {sized};"
                 continue
-            module = self._conversion(held, port.format)
-            yield f"    wire signed [{width - 1}:0] {name}_word;"
-            yield f"    wire {name}_held;"
-            wired = f".a({self._sized(driver, held.width_bits)}), .first({name}_word), .first_ok({name}_held)"
-            yield f"    {module} {name}_rounding ({wired});"
-            oks += [self._ok(driver), f"{name}_held"]
-        yield f"    assign out_ok = {' && '.join(dict.fromkeys(oks)) or chr(49) + chr(39) + 'b1'};"
-        for port in self.outputs:
-            width = port.format.width_bits
-            invalid = literal(port.format.invalid_word, width)
-            yield f"    assign {port.port} = out_ok ? {port.port}_word : {invalid};"
+            module = self.modules.of_rounding(held, port.format)
+            fits = self._wires.name("output", f"{port.port}_fits")
+            rounding = self._wires.name("output", f"{port.port}_rounding")
+            yield f"    wire signed [{port.width - 1}:0] {word};"
+            yield f"    wire {fits};"
+            yield f"    {module} {rounding} ("
+            yield f"        .a({self._wires.sized(driver, held.width_bits)}),"
+            yield f"        .first({word}),"
+            yield f"        .first_ok({fits})"
+            yield "    );"
+            oks.append(fits)
+        yield f"    assign out_ok = {' && '.join(dict.fromkeys(oks)) or literal(1, 1)};"
+        for port in self.ports.outputs:
+            invalid = literal(port.invalid, port.width)
+            yield f"    assign {port.port} = out_ok ? {words[port.port]} : {invalid};"
 
-    def _conversion(self, held: FixedPoint, delivered: FixedPoint) -> str:
-        """Return the module that rounds words between operations to those of an output."""
-        b = CircuitBuilder("rounding")
-        result = rounded(b, ExactNumber(b.word("a", held.width_bits), held.fraction_bits), delivered)
-        b.output("first", b.as_word(result.word, delivered.width_bits))
-        b.output("first_ok", result.valid)
-        circuit = b.circuit()
-        for name, other in self.modules.items():
-            if other.cells == circuit.cells:
-                return name
-        return self._added("rounding", circuit)
+
+def _port(port: PortWord) -> tuple[str, str]:
+    """Return the declaration of a port of words, and what they stand for."""
+    return f"signed [{port.width - 1}:0] {port.port}", port.meaning
+
+
+def _reset_block(
+    resets: Sequence[str], steps: Sequence[str], each_sample: Sequence[str], slot: str
+) -> Iterator[str]:
+    yield "    // All that is reset: words are not, as they count where a valid bit says so."
+    yield "    always @(posedge clk)"
+    yield "        if (rst) begin"
+    yield from (f"            {line}" for line in resets)
+    yield "        end else if (ce) begin"
+    yield from (f"            {line}" for line in steps)
+    if slot and each_sample:
+        yield f"            if ({slot}) begin"
+        yield from (f"                {line}" for line in each_sample)
+        yield "            end"
+    else:
+        yield from (f"            {line}" for line in each_sample)
+    yield "        end"
+
+
+def _shown(operand: Operand) -> str:
+    """Return an operand for a comment."""
+    if operand.value is not None:
+        return operand.value
+    return constant(str(operand.constant)).replace("−", "-")

@@ -47,8 +47,8 @@ class _Module:
         yield ");"
         order = sorted(range(len(self._cells)), key=lambda number: (self._cells[number].cycle or 0, number))
         body = [n for n in order if self._cells[n].kind not in ("input", "constant")]
-        for cycle, numbers in groupby(body, key=lambda number: self._cells[number].cycle):
-            yield from self._cycle(cycle or 0, list(numbers))
+        for cycle, numbers in groupby(body, key=lambda number: self._cells[number].cycle or 0):
+            yield from self._cycle(cycle, list(numbers))
         yield ""
         for port in circuit.outputs:
             text = self._whole(port.cell, self._cells[port.cell].width)
@@ -177,6 +177,11 @@ def literal(value: int, width: int) -> str:
     """Return an integer in a width, in two's complement."""
     value %= 1 << width
     return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"
+
+
+def signed_literal(value: int, width: int) -> str:
+    """Return an integer in a width, in two's complement, as a signed number."""
+    return literal(value, width).replace("'", "'s")
 
 
 def _sum(sign: str) -> Callable[[_Module, Gate], str]:

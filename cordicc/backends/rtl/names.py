@@ -32,6 +32,11 @@ def identifiers(names: Iterable[str]) -> dict[str, str]:
     return unique_identifiers(names, _KEYWORDS.__contains__)
 
 
+def stem(name: str) -> str:
+    """Return what the names of all modules and files of a plan begin with; more always follows."""
+    return unique_identifiers([name], lambda _: False)[name]
+
+
 def comment(text: str) -> str:
     """Return text that can stand behind `//`, on one line."""
     return " ".join("".join(c if c.isprintable() and c.isascii() else " " for c in text).split()).rstrip("\\")
