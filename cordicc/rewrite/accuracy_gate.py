@@ -93,9 +93,9 @@ class AccuracyGate:
         moved = self._moved(graph)
         for name, own in moved.items():
             least = np.nan_to_num(alone[name])
-            usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
             # What is allowed of the largest numbers is any number.
             with np.errstate(over="ignore"):
+                usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
                 self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
                 if name in self._checks.outputs:
                     self._near[name] = _FAR * np.maximum(least, usual)
