@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import cordicc
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.ir.meaning.exact import Fraction
@@ -47,3 +48,16 @@ def test_a_constant_beside_the_middle_of_two_words_has_a_text(width: int) -> Non
     for number in (middle + Fraction(1, 1 << 90), middle - Fraction(1, 1 << 90)):
         words, _ = system.constant(system.constant_text(number))
         assert int(words) == round(number)
+
+
+def test_what_is_allowed_of_the_largest_doubles_is_no_warning(tmp_path: Path) -> None:
+    """The denominator is 0 but for rounding."""
+    path = tmp_path / "problem.yaml"
+    path.write_text(
+        "inputs: {x: [-1, 1]}\nequations:\n"
+        "  - solve: cos(acos(x))*cos(q) + exp(x)*sin(q) = x\n    for: q\n    branch: '-'\n  - w = 1/q\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(Unattainable) as raised:
+        cordicc.compile(path, target="fixed24", ii=5, effort=0.02)
+    assert raised.value.diagnostics[0].code == "E410"
