@@ -187,7 +187,8 @@ class AccuracyGate:
         moved = {name: np.zeros_like(value) for name, value in exact.items()}
         for name, step in steps.items() if exact else ():
             for check, value in self._checked(words | {name: words[name] + step}).items():
-                moved[check] = np.hypot(moved[check], value - exact[check])
+                with np.errstate(over="ignore"):
+                    moved[check] = np.hypot(moved[check], value - exact[check])
         return sizes | moved
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:

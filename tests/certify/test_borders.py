@@ -158,6 +158,7 @@ def test_a_choice_that_errors_change_is_no_distance(tmp_path: Path) -> None:
     assert all(slack.beyond < 1e-5 for slack in slacks(plan))
     assert run(plan, x=[0.13, 0.13], y=[0.19, 0.99])["valid"].tolist() == [False, False]
 
+
 UNKNOWN = {
     "half a turn": (
         "krieger96",
@@ -214,7 +215,7 @@ UNKNOWN = {
         [None, None, 4.7252050],
     ),
 }
-"""Equations near whose borders rounding may turn some angle by anything, and their values; None: without one."""
+"""Equations near whose borders rounding may turn some angle by anything, and values; None: without one."""
 
 
 @pytest.mark.parametrize("name", quick(UNKNOWN, "half a turn", "a difference of squares"))
