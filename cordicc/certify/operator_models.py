@@ -210,7 +210,7 @@ def _wrap(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[
     own = up((w[0].magnitude + 2 * TAU_UP) * (step.spacing * 2.0**-28) + 2.0**-50)
     # A box that lies within a turn moves by the same number of turns as a whole.
     middle = np.nan_to_num((w[0].lo + w[0].hi) / 2)  # 0 of what is unbounded
-    turns = np.round(np.clip(middle / math.tau, -_MOST_TURNS, _MOST_TURNS))
+    turns = np.asarray(np.round(np.clip(middle / math.tau, -_MOST_TURNS, _MOST_TURNS)), dtype=np.float64)
     value = w[0] - Boxes(turns, turns) * Boxes(np.array(math.tau), np.array(TAU_UP))
     if step.turns[0]:
         return _plain(value, (_one(w),), own)
