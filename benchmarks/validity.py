@@ -34,6 +34,7 @@ from tests.support.random_problems import (
     beside_borders,
     clear_validity,
     draw,
+    is_clear,
     random_problem,
     resolution,
 )
@@ -51,9 +52,12 @@ def compare(problem: RandomProblem, target: str, effort: float, samples: Samples
             plan = cordicc.compile(path, target=target, certify=False, effort=effort)
         except (InvalidInput, Unattainable) as error:
             return error.diagnostics[0].code, "", 0
-    valid, clear = clear_validity(problem, samples, max(ERRING, 8 * resolution(plan)))
+    erring = max(ERRING, 8 * resolution(plan))
+    valid, clear = clear_validity(problem, samples, erring)
     compared = int(clear.sum())
     got = plan.simulate(samples)["valid"]
+    for index in np.flatnonzero((got != valid) & clear):
+        clear[index] = is_clear(problem, samples, int(index), erring)
     wrong = np.flatnonzero(got & ~valid & clear)
     if wrong.size:
         example = {name: float(c[wrong[0]]) for name, c in samples.items()}

@@ -70,7 +70,7 @@ CODES: dict[str, str] = {
     "E412": "no fixed-point format can hold a value",
     "E413": "an error limit cannot be met",
     "E415": "more operations or inputs than a plan is made of",
-    "E416": "a check is beyond its limit",
+    "E416": "a check is beyond its limit, or has no value to hold against it",
     "E420": "the plan has no C model",
     "E421": "the plan cannot be written in Verilog",
     "E501": "no such target",

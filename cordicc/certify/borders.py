@@ -33,7 +33,7 @@ from cordicc.certify.boxes import Boxes, times
 from cordicc.certify.error_network import Constant, ErrorNetwork, Step, known_norm, network
 from cordicc.certify.sweep import Forward, forward
 from cordicc.certify.unit_models import end_residual
-from cordicc.ir.ops import has_border
+from cordicc.ir.ops import angle_result, has_border
 from cordicc.ir.sampling import draw_by_size, draw_with_corners
 from cordicc.plan.model import EndError, Plan
 
@@ -48,6 +48,9 @@ _ENOUGH = 2.0
 
 _SMALL = 2.0**-16
 """An error that is small beside an operand, as a share of it."""
+
+_TELLING = 2.0**-8
+"""An error tells how far rounding carries samples if it is no larger a share of what is compared."""
 
 _ALIKE = 32.0
 """Errors are alike if nine in ten are at most so many times as large as one in twenty is."""
@@ -74,7 +77,7 @@ def with_borders(plan: Plan) -> Plan:
         return plan
     points = _points(plan)
     samples = {name: Boxes(points[name], points[name]) for name in net.inputs}
-    alone = forward(net, net.steps, samples, {}, jumps=False)
+    alone = forward(net, [_uncut(step) for step in net.steps], samples, {}, jumps=False)
     ranges = {name: Boxes(np.array([i.lo]), np.array([i.hi])) for name, i in net.inputs.items()}
     steady = forward(net, net.steps, ranges, {}, jumps=False)
     whole = forward(net, net.steps, ranges, {})
@@ -97,6 +100,13 @@ def with_borders(plan: Plan) -> Plan:
                     operation = replace(operation, end_error=border.end_error(slack, boxes))
             operations.append(operation)
     return replace(plan, operations=tuple(operations))
+
+
+def _uncut(step: Step) -> Step:
+    """Return an operation whose angles may pass the cut at pi: a whole turn is no distance either."""
+    if step.op == "wrap" or angle_result(step.op, step.params) is not None:
+        return replace(step, turns=(True,) * len(step.turns))
+    return step
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +189,7 @@ class _Border:
         if not moved.size:
             return EXACT
         absolute = self._needed(moved)
-        if scaled and self.step.op in ("implicit", "vector"):
+        if scaled and self.sized:
             # Which of the two differs less from sample to sample fits all of them better.
             share = self._needed(moved / size)
             if share.spread < absolute.spread and share.beyond < 1:
@@ -197,9 +207,16 @@ class _Border:
 
     @property
     def usable(self) -> Bools:
-        """Tell which samples say something."""
+        """Tell which samples say something: those whose errors are known, and not as large as anything."""
         alone = self.alone
-        return alone.valid & np.isfinite(alone.moved) & (alone.moved > 0) & (alone.size > 0)
+        # A condition's operand is small at the border itself.
+        size = alone.size if self.sized else self.whole.size
+        return alone.valid & (alone.moved > 0) & (alone.moved <= _TELLING * size) & np.isfinite(alone.moved)
+
+    @property
+    def sized(self) -> bool:
+        """Tell whether the operands have a size at the border."""
+        return self.step.op in ("implicit", "vector")
 
     @property
     def at_border(self) -> Bools:
@@ -218,11 +235,10 @@ class _Border:
         if not usable.any():
             return self.alone.moved[usable], self.alone.size[usable]
         # Beside a large sample a small one is always near; a condition's operand has no size but its own.
-        sized = self.step.op in ("implicit", "vector")
-        distance = np.abs(self.alone.margin) / np.where(usable & sized, self.alone.size, 1.0)
+        distance = np.abs(self.alone.margin) / np.where(usable & self.sized, self.alone.size, 1.0)
         last = (int(usable.sum()) - 1) // _NEAREST
         near = usable & (distance <= float(np.partition(distance[usable], last)[last]))
-        near |= self.at_border if sized else False
+        near |= self.at_border if self.sized else False
         return self.alone.moved[near], self.alone.size[near]
 
     def _within(self, usual: float) -> float:

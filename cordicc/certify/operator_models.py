@@ -26,6 +26,9 @@ from cordicc.ir.ops import angle_result
 _NEAR_PI = 2.0**-7
 """More than a word, or any error of an angle for which a bound is of use."""
 
+_MOST_TURNS = 2.0**40
+"""More turns than an angle has that is known to a part of one."""
+
 Model = Callable[[Step, Sequence[Boxes], "Boxes | None", Sequence[Floats]], Local]
 
 
@@ -205,11 +208,15 @@ def _guard(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence
 def _wrap(step: Step, w: Sequence[Boxes], square: Boxes | None, moved: Sequence[Floats]) -> Local:
     # 2 pi has 28 bits more than the angle (fixed point), or at least 2^-50 rad is lost.
     own = up((w[0].magnitude + 2 * TAU_UP) * (step.spacing * 2.0**-28) + 2.0**-50)
+    # A box that lies within a turn moves by the same number of turns as a whole.
+    middle = np.nan_to_num((w[0].lo + w[0].hi) / 2)  # 0 of what is unbounded
+    turns = np.asarray(np.round(np.clip(middle / math.tau, -_MOST_TURNS, _MOST_TURNS)), dtype=np.float64)
+    value = w[0] - Boxes(turns, turns) * Boxes(np.array(math.tau), np.array(TAU_UP))
     if step.turns[0]:
-        return _plain(w[0], (_one(w),), own)
-    inside = (w[0].lo > -math.pi) & (w[0].hi < math.pi)
+        return _plain(value, (_one(w),), own)
+    inside = (value.lo > -math.pi) & (value.hi < math.pi)
     every = Boxes(-_one(w, PI_UP).lo, _one(w, PI_UP).lo)
-    return _plain(w[0].where(inside, every), (_one(w),), np.where(inside, own, own + TAU_UP))
+    return _plain(value.where(inside, every), (_one(w),), np.where(inside, own, own + TAU_UP))
 
 
 MODELS: dict[str, Model] = {

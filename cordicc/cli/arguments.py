@@ -95,6 +95,14 @@ def is_stdout(path: Path | None) -> bool:
     return path is None or str(path) == "-"
 
 
+def require_unread(option: str, written: Path | None, *read: Path | None) -> None:
+    """Raise UsageError if what an option names to be written is one of the files that are read."""
+    if written is None or not written.exists():
+        return
+    if any(path is not None and path.exists() and written.samefile(path) for path in read):
+        raise click.UsageError(f"{option} would replace '{written}', which this command reads")
+
+
 def write_or_print(path: Path | None, text: str) -> None:
     """Write a file, or to stdout if none is named or the file '-'."""
     from cordicc.base.files import write_file

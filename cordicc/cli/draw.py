@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from cordicc.artefacts import VIEWS
-from cordicc.cli.arguments import NOT_NEGATIVE, is_stdout, output_option, plan_argument
+from cordicc.cli.arguments import NOT_NEGATIVE, is_stdout, output_option, plan_argument, require_unread
 from cordicc.cli.streams import deliver, is_tty
 
 
@@ -38,6 +38,7 @@ def command(plan: Path, view: str, width: int, output: Path | None) -> None:
 
     if output is None and is_tty(sys.stdout):
         raise click.UsageError("a picture is no text to read: name a file with -o, or '-o -' for stdout")
+    require_unread("-o", output, plan)
     picture = load_plan(plan).picture(view, width or None)
     if output is None or is_stdout(output):
         deliver(picture.svg)

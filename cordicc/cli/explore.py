@@ -16,6 +16,7 @@ from cordicc.cli.arguments import (
     force_option,
     json_option,
     output_option,
+    require_unread,
     units_option,
 )
 from cordicc.cli.console import Progress, show, tell
@@ -62,6 +63,7 @@ def command(
     from cordicc.cli.results import write_results
     from cordicc.studies import trade_off
 
+    require_unread("-o", output, file)
     bar: Progress | None = None
 
     def progress(done: int, count: int) -> None:

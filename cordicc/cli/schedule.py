@@ -6,7 +6,14 @@ from pathlib import Path
 
 import click
 
-from cordicc.cli.arguments import FILE, is_stdout, output_option, time_limit_option, write_or_print
+from cordicc.cli.arguments import (
+    FILE,
+    is_stdout,
+    output_option,
+    require_unread,
+    time_limit_option,
+    write_or_print,
+)
 from cordicc.cli.streams import say
 
 
@@ -30,6 +37,7 @@ def command(graph: Path, output: Path | None, time_limit: float | None) -> None:
     from cordicc.schedule.solver.engine import Effort
     from cordicc.schedule.verify_bare import verify_bare
 
+    require_unread("-o", output, graph)
     text = read_text(graph)
     answer = schedule_graph(parse_graph(text, str(graph)), Effort(words=10.0, seconds=time_limit))
     verify_bare(json.loads(text), answer)

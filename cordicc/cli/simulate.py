@@ -15,6 +15,7 @@ from cordicc.cli.arguments import (
     POSITIVE,
     json_option,
     plan_or_problem,
+    require_unread,
     write_or_print,
 )
 from cordicc.cli.console import tell
@@ -111,9 +112,8 @@ def command(
         raise click.UsageError("--tolerance goes with --compare")
     if own_bounds and outputs is None:
         raise click.UsageError("--own-bounds goes with --outputs")
-    for option, written in (("--outputs", outputs), ("--vcd", vcd)):
-        if written is not None and any(_same_file(written, read) for read in (plan, inputs)):
-            raise click.UsageError(f"{option} would replace '{written}', which this command reads")
+    require_unread("--outputs", outputs, plan, inputs)
+    require_unread("--vcd", vcd, plan, inputs)
     run = SampleRun(plan_or_problem(plan), cycle_accurate, as_json, tell, own_bounds)
     if compare:
         from cordicc.cli.compare import check_expected
@@ -130,8 +130,3 @@ def command(
             message = f"the waveform holds the first {vcd_samples} samples"
             tell([Diagnostic("W616", message, hint="--vcd-samples N writes N", severity=Severity.WARNING)])
     ctx.exit(run_samples(run, inputs, count, seed, outputs, Reference.of(reference, no_reference, report)))
-
-
-def _same_file(written: Path, read: Path | None) -> bool:
-    """Tell whether two paths lead to one file."""
-    return read is not None and written.exists() and read.exists() and written.samefile(read)

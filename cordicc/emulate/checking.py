@@ -21,6 +21,8 @@ _HINT = (
     "allow more, narrow the ranges, write equations of which errors cancel, or take a target with more bits"
 )
 
+_UNDEFINED_HINT = "write it without divisions, roots and inverse functions where these end"
+
 
 def check_values(
     problem: PlanProblem, inputs: Samples, outputs: Mapping[str, NDArray[Any]]
@@ -106,11 +108,15 @@ class CheckTally:
 def beyond_limits(tally: CheckTally, severity: Severity) -> list[Diagnostic]:
     """Return a finding for each check with a value beyond its limit, with its worst sample.
 
-    As an error it refuses the plan (E416), as a warning it tells of a run (W419).
+    As an error it refuses the plan (E416), as a warning it tells of a run (W419).  A plan is refused too if
+    a check with a limit has no value in any valid sample: nothing shows that it is kept.
     """
     error = severity is Severity.ERROR
     found = []
     for name, record in tally.found.items():
+        if error and record.limit is not None and record.samples and record.undefined == record.samples:
+            message = f"check '{name}' has a max, and no value in any of {record.samples} valid samples"
+            found.append(Diagnostic("E416", message, None, _UNDEFINED_HINT, severity))
         if not record.beyond or record.worst is None:
             continue
         unit = f" {unit}" if (unit := tally.problem.check(name).unit) else ""
@@ -129,6 +135,5 @@ def without_value(tally: CheckTally) -> list[Diagnostic]:
     for name, record in tally.found.items():
         if record.undefined:
             message = f"check '{name}' has no value in {record.undefined} of {record.samples} valid samples"
-            hint = "write it without divisions, roots and inverse functions where these end"
-            found.append(Diagnostic("W420", message, None, hint, Severity.WARNING))
+            found.append(Diagnostic("W420", message, None, _UNDEFINED_HINT, Severity.WARNING))
     return found

@@ -30,6 +30,12 @@ _STEPS = (0, 1, 16, -1, -16)
 _INSIDE = 3
 """Of them, the end itself included."""
 
+_NOISE = 16.0
+"""Times what rounding makes of a number, what is no number."""
+
+_NOTHING = 2.0**-40
+"""Of the width of a range, what is no distance from 0."""
+
 _CONFIRMED = 8
 """Corners at which a pole is looked for in high precision."""
 
@@ -92,14 +98,21 @@ def find_poles(problem: Problem, source: Source, samples: Samples, corners: Samp
             ends = (int(np.argmax(signs > 0)), int(np.argmax(signs < 0)))
             pole = _halved(graph, suspect, [{n: float(c[end]) for n, c in samples.items()} for end in ends])
         if pole is None and around is not None:
-            pole, verb = around.confirmed(graph, suspect, near[index], sizes[index]), "ends at"
+            pole, verb = around.confirmed(graph, suspect, near[index]), "ends at"
             at_ends += [] if pole is None else [suspect.node]
         if pole is not None:
             message = f"the range of the inputs {verb} {suspect.pole}"
-            hint = f"near {example_of({n: np.array([x]) for n, x in pole.items()}, 0)}"
+            hint = f"near {_in_words(problem, pole)}"
             origin = suspect.node.origin
             found.append(place(problem, source, origin, "W321", message, hint, Severity.WARNING))
     return Poles(tuple(dict.fromkeys(found)), tuple(at_ends))
+
+
+def _in_words(problem: Problem, pole: dict[str, float]) -> str:
+    """Return a pole in words: what halving leaves of 0 is 0."""
+    ranges = problem.workspace.ranges
+    at = {n: 0.0 if abs(x) < _NOTHING * (ranges[n][1] - ranges[n][0]) else x for n, x in pole.items()}
+    return example_of({name: np.array([x]) for name, x in at.items()}, 0)
 
 
 def _median_size(column: Floats) -> float:
@@ -170,16 +183,17 @@ class _Around:
             found.append(np.flatnonzero(_touched(steps, 2.0**-40 * size)))
         return found
 
-    def confirmed(
-        self, graph: Graph, suspect: _Suspect, near: np.ndarray, size: float
-    ) -> dict[str, float] | None:
+    def confirmed(self, graph: Graph, suspect: _Suspect, near: np.ndarray) -> dict[str, float] | None:
         """Return the first corner at which a suspect has a pole beside inputs that have values, if any."""
         for corner in near[:_CONFIRMED].tolist():
             at = {name: column[corner :: self.corners] for name, column in self.points.items()}
             values, _ = reference_outputs(graph, at)
+            rounded, _ = reference_outputs(graph, at, jitter=True)
             _, valid = reference_outputs(self.problem.graph, at)
-            seen = suspect.seen(values["out"])[:, None]
-            if valid[:_INSIDE].any() and _touched(seen, 2.0**-80 * size)[0]:
+            seen, again = suspect.seen(values["out"]), suspect.seen(rounded["out"])
+            # What the rounding of operands to 90 bits makes is no number.
+            noise = np.abs(seen - again).max() if np.isfinite([seen, again]).all() else 0.0
+            if valid[:_INSIDE].any() and _touched(seen[:, None], _NOISE * noise)[0]:
                 return {name: float(column[0]) for name, column in at.items()}
         return None
 

@@ -133,7 +133,8 @@ def formats(
 
 
 def _too_large(problem: Problem, source: Source, equation: str, magnitude: float) -> Unattainable:
-    message = f"no fixed-point format holds a value of up to {magnitude:.3g}"
+    size = f"of up to {magnitude:.3g}" if math.isfinite(magnitude) else "that may be beyond 1e+308"
+    message = f"no fixed-point format holds a value {size}"
     hint = "choose other units, so that numbers are nearer to 1"
     return Unattainable([place(problem, source, equation, "E412", message, hint)])
 

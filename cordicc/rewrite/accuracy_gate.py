@@ -93,9 +93,9 @@ class AccuracyGate:
         moved = self._moved(graph)
         for name, own in moved.items():
             least = np.nan_to_num(alone[name])
-            usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
             # What is allowed of the largest numbers is any number.
             with np.errstate(over="ignore"):
+                usual = max(float(np.median(own[:easy])), float(np.median(least[:easy])))
                 self._allowed[name] = np.maximum(_WORSE * own, _USUAL * usual)
                 if name in self._checks.outputs:
                     self._near[name] = _FAR * np.maximum(least, usual)
@@ -187,7 +187,8 @@ class AccuracyGate:
         moved = {name: np.zeros_like(value) for name, value in exact.items()}
         for name, step in steps.items() if exact else ():
             for check, value in self._checked(words | {name: words[name] + step}).items():
-                moved[check] = np.hypot(moved[check], value - exact[check])
+                with np.errstate(over="ignore"):
+                    moved[check] = np.hypot(moved[check], value - exact[check])
         return sizes | moved
 
     def _moved(self, graph: Graph) -> dict[str, Floats]:

@@ -57,11 +57,18 @@ class Disturbances:
             inside: how far the residual is from 0, in the largest there may be.
             outside: the same of the rounding of each result.
         """
-        steps = None if self._steps is None else self._steps[index]
-        if node.op != "implicit":
-            sizes = _own_errors(node, operands, made, SINGLE.steps(node, made) if steps is None else steps)
-            moves = zip(made, outside, sizes, strict=True)
+        with np.errstate(over="ignore", invalid="ignore"):  # of what is beyond every double
+            if node.op == "implicit":
+                return self._solved(index, node, operands, inside, outside)
+            steps = SINGLE.steps(node, made) if self._steps is None else self._steps[index]
+            moves = zip(made, outside, _own_errors(node, operands, made, steps), strict=True)
             return tuple(x + self._rounding * u * size for x, u, size in moves)
+
+    def _solved(
+        self, index: int, node: Node, operands: Sequence[Floats], inside: Floats, outside: Sequence[Floats]
+    ) -> Results:
+        """Return the results of an implicit operation, rounded."""
+        steps = None if self._steps is None else self._steps[index]
         A, B, C = operands
         length = np.hypot(A, B)
         moved = C + self._rounding * (length if steps is None else np.maximum(length, steps[1])) * inside
@@ -70,10 +77,8 @@ class Disturbances:
             moved = np.where(np.abs(C) <= length, np.clip(moved, -length, length), moved)
         angle, rest = results(node.op, node.params, (A, B, moved), C.size)
         of_angle, of_rest = (1.0, rest) if steps is None else steps
-        with np.errstate(invalid="ignore"):  # of what is beyond every double
-            return angle + self._rounding * outside[0] * of_angle, rest + self._rounding * outside[
-                1
-            ] * of_rest
+        along = self._rounding * outside[1] * of_rest
+        return angle + self._rounding * outside[0] * of_angle, rest + along
 
 
 def _own_errors(node: Node, operands: Sequence[Floats], made: Results, steps: Results) -> list[Floats]:

@@ -75,11 +75,11 @@ def test_sums_and_products_are_rounded_once():
     assert same(run("mul", a, b), a * b)
 
 
-def test_wrap_never_crosses_pi():
-    above = np.nextafter(SINGLE_PI, np.float32(4))
-    assert same(
-        run("wrap", [SINGLE_PI, above, -SINGLE_PI, -above]), [SINGLE_PI, -SINGLE_PI, -SINGLE_PI, SINGLE_PI]
-    )
+def test_wrap_never_crosses_pi_and_keeps_what_rounds_to_it():
+    nearest = np.nextafter(SINGLE_PI, np.float32(4))
+    above = float(np.nextafter(nearest, np.float32(4)))
+    assert same(run("wrap", [SINGLE_PI, nearest, above]), [SINGLE_PI, SINGLE_PI, above - 2 * np.pi])
+    assert same(run("wrap", [-SINGLE_PI, -nearest, -above]), [-SINGLE_PI, -SINGLE_PI, 2 * np.pi - above])
 
 
 @pytest.mark.parametrize("scale", [1, 10, 1e4, 1e7, 1e12, 1e30])

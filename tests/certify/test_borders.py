@@ -157,3 +157,72 @@ def test_a_choice_that_errors_change_is_no_distance(tmp_path: Path) -> None:
     plan = planned(written(tmp_path, JUMPS), target="kinematic")
     assert all(slack.beyond < 1e-5 for slack in slacks(plan))
     assert run(plan, x=[0.13, 0.13], y=[0.19, 0.99])["valid"].tolist() == [False, False]
+
+
+UNKNOWN = {
+    "half a turn": (
+        "krieger96",
+        "inputs: {y: [-0.5, 0.5], z: [-4, -1]}\nequations:\n"
+        "  - w0 = atan2(sin(z), y + z) + acos(sin(z)/hypot(sin(z), y + z))\n  - w = asin(w0)**1.5\n",
+        {"y": [0.11538511, 0.39816268], "z": [-3.74795397, -1.36704725]},
+        [None, 0.00110791],
+    ),
+    "an angle at the cut": (
+        "kinematic",
+        "inputs: {x: [-2, 3], y: [-4, -1]}\nequations:\n"
+        "  - solve: x*cos(v) + atan(x)*sin(v) = asinh(x)\n    for: v\n    branch: '-'\n"
+        "  - solve: y*cos(a) + v**2*sin(a) = x**1.5\n    for: a\n    branch: sin(a) < 0\n"
+        "  - solve: 1.25*cos(w) + a*sin(w) = 0.5\n    for: w\n    branch: '+'\noutputs: [w]\n",
+        {"x": [0.09179374, 1.23594756], "y": [-1.3825, -2.13043847]},
+        [2.7780933, 2.7184731],
+    ),
+    "an angle without a solution": (
+        "krieger96",
+        "inputs: {x: [0, 2], y: [-1, 1]}\nequations:\n"
+        "  - solve: y*cos(v) + x*sin(v) = 0\n    for: v\n    branch: '+'\n"
+        "  - solve: tanh(x)*cos(w) + y*sin(w) = v\n    for: w\n    branch: '+'\noutputs: [w]\n",
+        {"x": [1.27392337, 1.8], "y": [0.23077022, -0.5]},
+        [None, None],
+    ),
+    "a residue of small numbers": (
+        "fixed24",
+        "inputs: {x: [-2, 3]}\nequations:\n"
+        "  - solve: x*cos(w) + atan2(x, x)*sin(w) = 0.7\n    for: w\n    branch: '+'\n",
+        {"x": [0.09179374, 1.18480844]},
+        [1.9382310, 1.6412861],
+    ),
+    "a direction of small numbers": (
+        "fixed24",
+        "inputs: {x: [-0.5, 0.5], y: [-0.5, 0.5]}\nequations:\n  - a = atan2(x**2*y, 0)\n"
+        "  - solve: (y - x)*cos(w) + a**2*sin(w) = x\n    for: w\n    branch: '+'\n",
+        {"x": [0.13696169, -0.45902648], "y": [0.11538511, 0.49720994]},
+        [3.0948022, 2.9462139],
+    ),
+    "a root of a tangent": (
+        "fixed24",
+        "inputs: {x: [-1, 1]}\nequations:\n"
+        "  - solve: (min(abs(x), 0.5) - x)*cos(q) + x*sin(q) = x\n    for: q\n    branch: sin(q) < 0\n"
+        "  - w = sqrt(tanh(q))\noutputs: [q, w]\n",
+        {"x": [-0.46042657, -0.99]},
+        [None, None],
+    ),
+    "a difference of squares": (
+        "kinematic",
+        "inputs: {x: [-0.5, 0.5]}\nequations:\n"
+        "  - solve: x*cos(q) + x*sin(q) = atanh(x)\n    for: q\n    branch: '-'\n"
+        "  - w = sqrt(q**2 - x**2)\noutputs: [w]\n",
+        {"x": [0.13696169, 0.31327024, -0.23021329]},
+        [None, None, 4.7252050],
+    ),
+}
+"""Equations near whose borders rounding may turn some angle by anything, and values; None: without one."""
+
+
+@pytest.mark.parametrize("name", quick(UNKNOWN, "half a turn", "a difference of squares"))
+def test_errors_as_large_as_anything_say_nothing_of_a_border(name: str, tmp_path: Path) -> None:
+    target, text, samples, values = UNKNOWN[name]
+    plan = planned(written(tmp_path, text), target=target, effort=0.1)
+    found = run(plan, **samples)
+    assert found["valid"].tolist() == [value is not None for value in values]
+    for value, made in zip(values, found["w"], strict=True):
+        assert value is None or abs(made - value) < 1e-5

@@ -200,3 +200,13 @@ def test_what_a_command_reads_it_does_not_replace(option: str, tmp_path: Path) -
         assert end.exit_code == 2
         assert "which this command reads" in end.output
         assert target.read_bytes() == before
+
+
+@pytest.mark.parametrize("command", ["draw", "schedule", "explore"])
+def test_an_output_is_not_the_file_that_is_read(command: str, tmp_path: Path) -> None:
+    read = tmp_path / "graph.svg"
+    read.write_text("{}", encoding="utf-8")
+    end = run(command, read, "-o", tmp_path / "." / "graph.svg")
+    assert end.exit_code == 2
+    assert "-o would replace" in end.output
+    assert read.read_text("utf-8") == "{}"

@@ -87,6 +87,19 @@ def test_a_limit_refuses_the_plan(tmp_path: Path) -> None:
     assert ": x = " in refused.stderr
 
 
+def test_a_limit_on_what_has_no_value_refuses_the_plan(tmp_path: Path) -> None:
+    text = (
+        "inputs: {x: [0.1, 0.5]}\nequations: ['q = sin(x)']\n"
+        "checks:\n  e: {value: sqrt(-1 - q*q), max: 1e-6}\n"
+    )
+    refused = run("compile", written(tmp_path, text), "-o", tmp_path / "out")
+    assert refused.exit_code == 1
+    assert not (tmp_path / "out").exists()
+    assert "error[E416]: check 'e' has a max, and no value in any of" in refused.stderr
+    without = written(tmp_path, text.replace(", max: 1e-6", ""))
+    assert "warning[W420]" in run("compile", without, "-o", tmp_path / "out").stderr
+
+
 def test_simulate_shows_them_and_warns(plan: cordicc.Plan, tmp_path: Path) -> None:
     data = json.loads(plan.to_json())
     file = tmp_path / "plan.json"

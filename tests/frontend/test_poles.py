@@ -57,6 +57,9 @@ def test_an_end_whose_rounding_is_beyond_the_pole() -> None:
         ("[0, 1]", "1/(a + 1e-9)"),
         ("[0, 1]", "sqrt(a) + log(a + 1)"),
         ("[-1, 1]", "acos(a)"),
+        ("[1, 710]", "1/exp(a)"),
+        ("[-300, 300]", "1/cosh(a)"),
+        ("[1, 1e9]", "a**-8"),
     ],
 )
 def test_no_pole(a: str, expression: str) -> None:
@@ -99,3 +102,18 @@ def test_it_is_told_whether_or_not_there_is_a_plan(target: str, tmp_path: Path) 
     assert result.exit_code == (1 if target == "fixed24" else 0)
     assert "warning[W321]: the range of the inputs ends at a pole of tan" in result.stderr
     assert ("error[E412]" in result.stderr) is (target == "fixed24")
+
+
+@pytest.mark.parametrize(
+    ("a", "expression", "where"),
+    [
+        ("[-3, 7]", "1/a", "a = 0,"),
+        ("[-1, 1]", "1/(a - 0.25)", "a = 0.25,"),
+        ("[-1e-9, 2e-9]", "1/(a - 1e-9)", "a = 1e-09,"),
+    ],
+)
+def test_the_place_of_a_pole_has_no_more_digits_than_it_needs(a: str, expression: str, where: str) -> None:
+    text = f"inputs: {{a: {a}, b: [1, 2]}}\nequations: ['y = b*({expression})']\n"
+    loaded = parse_problem(Source("t.yaml", text))
+    (warning,) = check_domain(loaded.problem, loaded.source)
+    assert f" {warning.hint}".startswith(f" near {where}")

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import cordicc
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.base.diagnostics import InvalidInput, Unattainable
 from cordicc.ir.meaning.exact import Fraction
@@ -39,6 +40,16 @@ def test_a_diagnostic_or_a_plan(name: str, target: str, tmp_path: Path) -> None:
         assert plan.accuracy["w"].observed.max is not None
 
 
+def test_what_no_double_holds_is_told_in_words(tmp_path: Path) -> None:
+    path = tmp_path / "problem.yaml"
+    path.write_text("inputs: {x: [1, 710]}\nequations: ['w = 1/exp(x)']\n", encoding="utf-8")
+    with pytest.raises(Unattainable) as raised:
+        cordicc.compile(path, target="fixed24")
+    (refusal,) = raised.value.diagnostics
+    assert refusal.code == "E412"
+    assert refusal.message == "no fixed-point format holds a value that may be beyond 1e+308"
+
+
 @pytest.mark.parametrize("width", [23, 24, 29, 30])
 def test_a_constant_beside_the_middle_of_two_words_has_a_text(width: int) -> None:
     """The nearest double is the middle, which is rounded to even; the number itself is not."""
@@ -47,3 +58,28 @@ def test_a_constant_beside_the_middle_of_two_words_has_a_text(width: int) -> Non
     for number in (middle + Fraction(1, 1 << 90), middle - Fraction(1, 1 << 90)):
         words, _ = system.constant(system.constant_text(number))
         assert int(words) == round(number)
+
+
+ROUNDED = {
+    "a denominator of 0 but for rounding": (
+        "inputs: {x: [-1, 1]}\nequations:\n"
+        "  - solve: cos(acos(x))*cos(q) + exp(x)*sin(q) = x\n    for: q\n    branch: '-'\n  - w = 1/q\n",
+        5,
+    ),
+    "a pole for all inputs": (
+        "inputs: {x: [-4, -1]}\nequations:\n  - v = acosh(atanh(cos(x)**2 + sin(x)**2))\n"
+        "  - solve: cos(x)*cos(w) + x*sin(w) = sign(v)\n    for: w\n    branch: sin(w) < 0\n"
+        "outputs: [v, w]\n",
+        1,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", list(ROUNDED))
+def test_what_rounding_makes_of_the_largest_doubles_is_no_warning(name: str, tmp_path: Path) -> None:
+    text, interval = ROUNDED[name]
+    path = tmp_path / "problem.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(Unattainable) as raised:
+        cordicc.compile(path, target="fixed24", ii=interval, effort=0.02)
+    assert raised.value.diagnostics[0].code == "E410"

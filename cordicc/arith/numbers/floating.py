@@ -80,20 +80,24 @@ class SingleSystem:
 def wrapped(angle: Floats) -> Floats:
     """Return an angle in radians modulo 2 pi, in [-pi, pi] as float64.
 
-    Exact but for 2^-59 rad up to 2^24 rad (2 pi in two parts, the product with the first exact), and
+    The number nearest to pi, which is beyond it, is pi: it is twice the number nearest to pi/2, say.  Others are
+    exact but for 2^-59 rad up to 2^24 rad (2 pi in two parts, the product with the first exact), and
     for 2^-51 rad beyond (phase modulo 2^64).
     """
     with np.errstate(invalid="ignore"):
         turns = np.rint(angle / math.tau)
         near = np.abs(angle) <= 2.0**24
-        turns = np.where(near, turns, 0.0)
-        result = (angle - turns * TAU_HEAD) - turns * TAU_TAIL
+        turns = np.where(near & (np.abs(angle) != NEAREST_PI), turns, 0.0)
+        result = np.clip((angle - turns * TAU_HEAD) - turns * TAU_TAIL, -math.pi, math.pi)
     far = ~near & np.isfinite(angle)
     if far.any():
         result = result.copy()
         result[far] = phase_in_turns(unpack(angle[far], _SIGNIFICAND_BITS)) * math.tau
     return np.asarray(result)
 
+
+NEAREST_PI = float(np.float32(math.pi))
+"""The single-precision number nearest to pi, which is beyond it."""
 
 TAU_HEAD = math.floor(math.tau * 2**26) / 2**26
 TAU_TAIL = (math.tau - TAU_HEAD) + 2.4492935982947064e-16  # 2 pi - float(2 pi), correctly rounded

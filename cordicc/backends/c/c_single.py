@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cordicc.arith.numbers.floating import TAU_HEAD, TAU_TAIL, SingleSystem
+from cordicc.arith.numbers.floating import NEAREST_PI, TAU_HEAD, TAU_TAIL, SingleSystem
 from cordicc.arith.numbers.formats import PI_SLACK, SINGLE, SINGLE_PI, NumberFormat
 from cordicc.arith.numbers.slack import slack_of
 from cordicc.backends.c.c_arithmetic import KEPT, COperand, limit
@@ -113,6 +113,7 @@ class CSinglePrecision:
         """Return what the templates need to know."""
         return {
             "single_pi": float(SINGLE_PI),
+            "nearest_pi": NEAREST_PI,
             "single_limit": limit(math.pi + PI_SLACK),
             "tau": math.tau,
             "tau_head": TAU_HEAD,
