@@ -82,7 +82,7 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
     made["stages"] = {
         part: cau.iterations if cycles == AUTO else cycles
         for part, stated in stages.items()
-        if (cycles := _cycles(stated, needed)) is not None
+        if (cycles := _cycles(stated, names, needed)) is not None
     }
     if unit.get("latency") == AUTO and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
@@ -100,11 +100,11 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
     return made
 
 
-def _cycles(stated: Any, needed: Sequence[str]) -> Any:
+def _cycles(stated: Any, known: Sequence[str], needed: Sequence[str]) -> Any:
     """Return the cycles of a part, None if only functions go through it that are not needed."""
     if isinstance(stated, dict) and set(stated) == {"cycles", "functions"}:
         through = stated["functions"]
-        if isinstance(through, list):
+        if isinstance(through, list) and through and all(name in known for name in through):
             return stated["cycles"] if any(name in needed for name in through) else None
     return stated
 

@@ -347,7 +347,7 @@ outputs: {{a: {{max_error: {}}}, r: }}
 @pytest.mark.parametrize(("error", "width"), [slow(("1e-4", 24)), slow(("1e-6", 24)), ("1e-8", 30)])
 def test_max_error_is_met_with_wider_words(tmp_path: Path, error: str, width: int) -> None:
     plan = planned(tmp_path, ALLOWED.format(error))
-    bound = bounds_of(plan)["a"]
+    bound = bounds_of(plan, {"a": float(error)})["a"]
     assert bound.value is not None
     assert bound.value <= float(error)
     assert not bound.where

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cordicc.arith.circuits.cell_delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.cell_pipeline import CellPipeline
 from cordicc.arith.circuits.circuit import Circuit, Gate, Port, pruned, width_of
-from cordicc.arith.circuits.delays import COMBINATIONAL, Clocking
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+from cordicc.arith.circuits.cell_delays import Clocking
 from cordicc.arith.circuits.circuit import SIGNAL_NAMES, Gate
-from cordicc.arith.circuits.delays import Clocking
 
 
 class CellPipeline:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.cell_delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.circuit import Circuit
-from cordicc.arith.circuits.delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.solving import implicit_unit
