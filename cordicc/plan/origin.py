@@ -152,7 +152,10 @@ class PlanUnitKind:
 
 @dataclass(frozen=True, slots=True)
 class PlanTarget:
-    """The target of a plan: clock in Hz, arithmetic, area of a FIFO bit in adder equivalents, unit kinds."""
+    """The target of a plan: clock in Hz, arithmetic, area of a FIFO bit in adder equivalents, unit kinds.
+
+    `device` is the name of the chip, None where the target names none.
+    """
 
     name: str
     clock_hz: float
@@ -161,6 +164,7 @@ class PlanTarget:
     angle_unit: str = "rad"
     fifo_area_per_bit: float = 0.0
     units: Mapping[str, PlanUnitKind] = field(default_factory=dict)
+    device: str | None = None
 
     @classmethod
     def of(cls, target: Target) -> PlanTarget:
@@ -176,6 +180,7 @@ class PlanTarget:
                 kind: PlanUnitKind(unit.latency, unit.adders, unit.area, unit.stages)
                 for kind, unit in target.units.items()
             },
+            None if target.device is None else target.device.name,
         )
 
 

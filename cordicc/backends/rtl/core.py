@@ -42,6 +42,7 @@ class Core:
         name: of the module without what follows it, and of the files.
         text: of the module.
         modules: the circuits of its units by module.
+        units: the module of each unit.
         inputs: its ports in the order of the plan.
         outputs: the same of what leaves.
         interval: cycles from sample to sample.
@@ -51,6 +52,7 @@ class Core:
     name: str
     text: str
     modules: Mapping[str, Circuit]
+    units: Mapping[str, str]
     inputs: tuple[PortWord, ...]
     outputs: tuple[PortWord, ...]
     interval: int
@@ -65,15 +67,10 @@ def core_of(plan: Plan, header: Sequence[str]) -> Core:
     """
     made = _Core(plan)
     lines = [*(f"// {line}".rstrip() for line in header), *made.lines()]
-    return Core(
-        made.name,
-        "\n".join(lines) + "\n",
-        made.modules,
-        made.inputs,
-        made.outputs,
-        plan.initiation_interval,
-        plan.latency_cycles,
-    )
+    text = "\n".join(lines) + "\n"
+    units = {id: module for id, (module, _) in made.instances.items()}
+    ports = made.inputs, made.outputs
+    return Core(made.name, text, made.modules, units, *ports, plan.initiation_interval, plan.latency_cycles)
 
 
 class _Core:
@@ -88,7 +85,7 @@ class _Core:
         )
         self.outputs = tuple(PortWord(name, ports[name], self._delivered(name)) for name in plan.outputs)
         self.modules: dict[str, Circuit] = {}
-        self._instances = {
+        self.instances = {
             id: self._instance(cell) for id, cell in self._netlist.cells.items() if cell.operations
         }
 
@@ -254,7 +251,7 @@ class _Core:
             case FifoEnd(fifo):
                 return self._format(self._fifo[fifo].value).width_bits
             case UnitResult(unit, _):
-                module, _ = self._instances[unit]
+                module, _ = self.instances[unit]
                 circuit = self.modules[module]
                 port = RESULTS[self._position(driver)]
                 return next(circuit.cells[p.cell].width for p in circuit.outputs if p.name == port)
@@ -294,7 +291,7 @@ class _Core:
             yield f"    wire {fifo.id}_end_ok = {fifo.id}[{top}];"
 
     def _unit(self, id: str, cell: Cell) -> Iterator[str]:
-        module, modes = self._instances[id]
+        module, modes = self.instances[id]
         circuit = self.modules[module]
         interval = self._netlist.interval
         yield ""
