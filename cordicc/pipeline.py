@@ -35,8 +35,9 @@ from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
+from cordicc.targets.device import DEVICES
 from cordicc.targets.target import DEFAULT_TARGET, Target
-from cordicc.targets.target_file import load_target
+from cordicc.targets.target_file import AS_WRITTEN, Asked, load_target
 
 if TYPE_CHECKING:
     from cordicc.certify.certificate import Bound
@@ -61,6 +62,12 @@ class Options:
     """Instances of the problem that share the units, see `cordicc.plan.copies`."""
     effort: float = 1.0
     """The work of searches, as a multiple of the usual; more proves more, and may find less hardware."""
+    asked: Asked = AS_WRITTEN
+    """Width of words and clock instead of the target's own."""
+
+    def loaded(self) -> Target:
+        """Return the target with what is asked for; raises InvalidInput."""
+        return load_target(self.target, asked=self.asked)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +103,24 @@ def compile_file(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
-    return judged(plan_file(path, options, watch, enter), options.certify, enter)
+    made = judged(plan_file(path, options, watch, enter), options.certify, enter)
+    return with_estimate(made, enter)
+
+
+def with_estimate(made: Compiled, enter: Enter = _nobody) -> Compiled:
+    """Return a plan with the area that its target's device is expected to need, where it has one."""
+    if made.plan.target.device is None:
+        return made
+    from cordicc.backends.synthesis.estimate import estimated_area
+    from cordicc.backends.synthesis.room import too_large
+
+    enter("estimating the area")
+    area = estimated_area(made.plan)
+    if area is None:
+        return made
+    more = too_large(area, DEVICES[made.plan.target.device], "about ")
+    plan, more = with_warnings(replace(made.plan, estimate=area), more), more
+    return Compiled(plan, (*made.warnings, *more))
 
 
 def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobody) -> Compiled:
@@ -145,7 +169,7 @@ def _plan_of(
 ) -> Compiled:
     """Return the plan of a problem that was read, and all warnings."""
     _check_size(loaded)
-    target = load_target(options.target)
+    target = options.loaded()
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
     request = _Request(path, loaded, target, replace(options, limits=limits), watch, enter)
     refused: list[Unattainable] = []
@@ -234,7 +258,7 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
         request.loaded,
         choice,
         request.target,
-        partial(load_target, options.target),
+        partial(load_target, options.target, asked=options.asked),
         _recorded(request.path, options),
         _bounds_of,
         _with_borders,
@@ -341,4 +365,6 @@ def _recorded(path: Path, options: Options) -> PlanOptions:
         max_latency=limits.max_latency,
         certify=options.certify,
         effort=None if options.effort == 1 else options.effort,
+        width=options.asked.width_bits,
+        clock=options.asked.clock_hz,
     )

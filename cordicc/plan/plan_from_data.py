@@ -187,7 +187,11 @@ def _read_target(data: dict[str, Any]) -> PlanTarget:
 def _read_options(data: dict[str, Any]) -> PlanOptions:
     known = {field.name for field in fields(PlanOptions)}
     # The schema takes 2.0 for an integer; the work of searches is the one number that need not be whole.
-    whole = {name: int(value) for name, value in data.items() if type(value) is float and name != "effort"}
+    whole = {
+        name: int(value)
+        for name, value in data.items()
+        if type(value) is float and name not in ("effort", "clock")
+    }
     return PlanOptions(**{name: value for name, value in (data | whole).items() if name in known})
 
 

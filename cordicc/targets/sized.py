@@ -7,12 +7,14 @@ operations, and latency, adders and area follow.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.arith.unit.sizing import size_unit
+from cordicc.targets.device import DEVICES
 
 AUTO = "auto"
 
@@ -25,6 +27,9 @@ _REFERENCE_BITS = 32
 
 _MOST_ADDERS = 100_000
 """Of a figure in the file; what is beyond stays, and is told as not being a number of adders."""
+
+WEIGHTS = ("adder_bit", "dsp", "ram_bit")
+"""Look-up tables that count for a bit of an adder, a multiplier block, a bit of block RAM."""
 
 Data = dict[Any, Any]
 
@@ -61,13 +66,17 @@ def sized(data: Data, guard_bits: int, width_bits: int | None = None) -> Data:
     if type(width) is not int or type(guard) is not int:
         return {**data, "format": format_}
     made = {
-        kind: _sized_unit(unit, width + guard) if isinstance(unit, dict) else unit
+        kind: _with_area(
+            kind, _sized_unit(unit, width + guard, weighed="weights" in data), width + guard, data
+        )
+        if isinstance(unit, dict)
+        else unit
         for kind, unit in units.items()
     }
     return {**data, "format": format_, "units": made}
 
 
-def _sized_unit(unit: Data, word_bits: int) -> Data:
+def _sized_unit(unit: Data, word_bits: int, *, weighed: bool) -> Data:
     stages, arithmetic = unit.get("stages"), unit.get("arithmetic")
     functions = unit.get("functions")
     open_arithmetic = arithmetic == AUTO or (isinstance(arithmetic, dict) and set(arithmetic) == {"rule"})
@@ -87,10 +96,26 @@ def _sized_unit(unit: Data, word_bits: int) -> Data:
         and all(type(count) is int and 0 <= count <= _MOST_ADDERS for count in counts)
     ):
         made["adders"] = adders["around"] + adders["per_iteration"] * cau.iterations
-        if unit.get("area") == AUTO:
+        if unit.get("area") == AUTO and not weighed:
             bits = cau.fraction_bits + INTEGER_BITS
             made["area"] = round(made["adders"] * bits / _REFERENCE_BITS, 1)
     return made
+
+
+def _with_area(kind: object, unit: Data, word_bits: int, data: Data) -> Data:
+    """Return a unit with its area in look-up tables, where that is open and the target has weights."""
+    weights, adders, arithmetic = data.get("weights"), unit.get("adders"), unit.get("arithmetic")
+    if unit.get("area") != AUTO or not isinstance(weights, dict) or type(adders) is not int:
+        return unit
+    per_bit, per_dsp = weights.get("adder_bit"), weights.get("dsp")
+    if not isinstance(per_bit, (int, float)) or not isinstance(per_dsp, (int, float)):
+        return unit
+    bits = arithmetic["mantissa_bits"] if isinstance(arithmetic, dict) else word_bits
+    device = DEVICES.get(str(data.get("device")))
+    blocks = 0
+    if kind == "mul" and device is not None and device.dsp_bits is not None:
+        blocks = math.prod(-(-word_bits // (each - 1)) for each in device.dsp_bits)
+    return {**unit, "area": round(adders * bits * per_bit + blocks * per_dsp, 1)}
 
 
 @cache

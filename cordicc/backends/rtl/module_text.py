@@ -24,7 +24,7 @@ class _Module:
     def __init__(self, circuit: Circuit) -> None:
         self._circuit = circuit
         self._cells = circuit.cells
-        self._live = _live(circuit)
+        self._live = live_cells(circuit)
         self._inputs = {port.cell: port.name for port in circuit.inputs}
         self._outputs = {port.name for port in circuit.outputs}
         self._read: dict[int, set[int]] = {number: set() for number in self._live}
@@ -181,7 +181,7 @@ def literal(value: int, width: int) -> str:
     return f"{width}'h{value:x}" if value > 9 else f"{width}'d{value}"
 
 
-def _live(circuit: Circuit) -> set[int]:
+def live_cells(circuit: Circuit) -> set[int]:
     """Return the cells that outputs depend on, and the inputs."""
     found = {port.cell for port in circuit.inputs}
     open_ = [port.cell for port in circuit.outputs]

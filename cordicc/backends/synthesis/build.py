@@ -15,11 +15,12 @@ from cordicc.backends.rtl.core import Core, core_of
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.synthesis.families import FAMILIES, synthesis_command
 from cordicc.backends.synthesis.programs import BuildProgram, newest
+from cordicc.backends.synthesis.room import too_large
 from cordicc.backends.synthesis.timing import slowest_path
 from cordicc.backends.synthesis.wrapper import TOP, wrapper_text
-from cordicc.base.diagnostics import Diagnostic, Severity, Unattainable
+from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.base.temporaries import folder_in, locked
-from cordicc.plan.area import Area, SynthesisResult
+from cordicc.plan.area import SynthesisResult
 from cordicc.plan.model import Plan
 from cordicc.targets.device import Device
 
@@ -54,7 +55,7 @@ def built(
             folder = stack.enter_context(folder_in(parent))
         enter(f"{yosys} makes cells of {device.part or 'no chip in particular'}")
         area = family.area(_counted(yosys, core, device, folder, netlist=router is not None))
-        warnings = list(_too_large(area, device))
+        warnings = too_large(area, device)
         if router is None or warnings:
             return SynthesisResult(device.name, (str(yosys),), None, area, None, None), warnings
         enter(f"{router} places and routes")
@@ -113,17 +114,3 @@ def _routed(
 
 def _read(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8", errors="replace"))
-
-
-def _too_large(area: Area, device: Device) -> list[Diagnostic]:
-    """Return a warning if a device has not what a plan takes."""
-    names = {"lut": "LUT", "ff": "FF", "dsp": "DSP", "ram_bits": "bits of RAM"}
-    beyond = [
-        f"{taken} of {there} {names[figure]}"
-        for figure, there in device.capacity.items()
-        if (taken := getattr(area, figure)) > there
-    ]
-    if not beyond:
-        return []
-    message = f"the plan is too large for {device.part}: it takes {', '.join(beyond)}"
-    return [Diagnostic("W422", message, severity=Severity.WARNING)]
