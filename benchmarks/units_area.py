@@ -1,21 +1,27 @@
 """Build circuits of units for each kind of chip, and fit what a bit of each kind of logic takes.
 
-    python benchmarks/units_area.py [--widths 16,24,28] [--devices ecp5-85k,...] [--jobs 2] [--write]
+    python benchmarks/units_area.py [--widths 16,24,28] [--devices ecp5-85k,...] [--jobs 2]
+                                    [--counts FILE] [--write]
 
 Makes circuits of every function of CORDIC units, of adders and multipliers, over widths of words; yosys
 counts their cells.  Look-up tables, flip-flops and multiplier blocks are fitted by least squares of relative
 errors, with no coefficient below 0 and each drawn a little towards 1, as few circuits tell all of them apart.
 `--write` puts the coefficients of these devices into the table from which estimates are made; the others
-stay.  It takes some minutes for each device.
+stay.  It takes some minutes for each device; with `--counts` only for circuits that changed, as the file
+keeps what yosys counted by the text of a module.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -89,12 +95,21 @@ def _unit(target: Target, kind: str, use: Use | Plain) -> Circuit:
                 raise
 
 
-def counted(yosys: BuildProgram, circuit: Circuit, device: Device) -> Area:
-    """Return the cells of a circuit."""
+def counted(yosys: BuildProgram, circuit: Circuit, device: Device, known: dict[str, Any]) -> Area:
+    """Return the cells of a circuit, which `known` has by what was built or gets."""
+    text = module_text(circuit)
+    command = synthesis_command(device, "unit")
+    key = hashlib.sha256(f"{yosys} {command} {text}".encode()).hexdigest()
+    if key not in known:
+        known[key] = asdict(_built(yosys, text, command, device))
+    return Area(**known[key])
+
+
+def _built(yosys: BuildProgram, text: str, command: str, device: Device) -> Area:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "unit.v").write_text(module_text(circuit), encoding="ascii")
-        lines = ["read_verilog unit.v", synthesis_command(device, "unit"), "tee -q -o count.json stat -json"]
+        (folder / "unit.v").write_text(text, encoding="ascii")
+        lines = ["read_verilog unit.v", command, "tee -q -o count.json stat -json"]
         (folder / "run.ys").write_text("\n".join(lines) + "\n", encoding="ascii")
         yosys.run(["-s", "run.ys"], folder)
         count = json.loads((folder / "count.json").read_text(encoding="utf-8"))
@@ -120,11 +135,9 @@ def fitted(
 
 
 def calibrated(
-    device: Device, made: Sequence[tuple[str, Circuit]], yosys: BuildProgram, jobs: int
+    device: Device, made: Sequence[tuple[str, Circuit]], areas: Sequence[Area], yosys: BuildProgram
 ) -> dict[str, Any]:
     """Return the entry of a device in the table, and print the errors by circuit."""
-    with ThreadPoolExecutor(jobs) as pool:
-        areas = list(pool.map(lambda each: counted(yosys, each[1], device), made))
     rows = [cell_bits(circuit, device) for _, circuit in made]
     entry: dict[str, Any] = {"yosys": yosys.version, "circuits": len(made), "error": {}}
     table: dict[str, list[str]] = {name: [name] for name, _ in made}
@@ -151,15 +164,32 @@ def main() -> None:
     parser.add_argument("--widths", default="16,20,24,28")
     parser.add_argument("--devices", default=",".join(ONE_OF_EACH))
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--counts", type=Path, help="keep what yosys counted here")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     made = [each for width in given.widths.split(",") for each in circuits(int(width))]
     yosys = newest("yosys")
-    table = json.loads(TABLE.read_text(encoding="utf-8")) if TABLE.exists() else {}
-    for name in given.devices.split(","):
-        table[estimate.table_name(DEVICES[name])] = calibrated(DEVICES[name], made, yosys, given.jobs)
+    known = _read(given.counts)
+    for device in (DEVICES[name] for name in given.devices.split(",")):
+        areas = []
+        with ThreadPoolExecutor(given.jobs) as pool:
+            build = partial(counted, yosys, device=device, known=known)
+            for done, area in enumerate(pool.map(build, (circuit for _, circuit in made)), 1):
+                areas.append(area)
+                print(f"{device.name}: {done} of {len(made)}", file=sys.stderr, flush=True)
+                if given.counts is not None:
+                    given.counts.write_text(json.dumps(dict(known)), encoding="utf-8")
+        entry = calibrated(device, made, areas, yosys)
         if given.write:
+            table = {**_read(TABLE), estimate.table_name(device): entry}
             TABLE.write_text(json.dumps(table, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+
+
+def _read(path: Path | None) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if path is not None and path.exists():
+        found = json.loads(path.read_text(encoding="utf-8"))
+    return found
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple
     elif kind == "mux":
         yield "mux", cell.width
     elif kind == "pick":
-        yield "pick", cell.width * max(1, 1 << (operands[0].width - device.lut_inputs)) if operands else 0
+        yield "pick", cell.width << max(0, operands[0].width - device.lut_inputs)
     elif kind in ("shlv", "shrv"):
         yield "barrel", cell.width * operands[1].width
     elif kind in _LOGIC:

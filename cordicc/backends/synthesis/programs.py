@@ -13,6 +13,9 @@ from pathlib import Path
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Unattainable
 
+BESIDE = os.path.dirname(sys.executable)
+"""The folder of the Python that runs, where programs from PyPI are if it is not on the path."""
+
 _VERSION = re.compile(r"(\d+(?:\.\d+)+)")
 _VERSION_SECONDS = 120.0
 """A program from PyPI prepares itself when it runs for the first time."""
@@ -72,7 +75,7 @@ def newest(name: str) -> BuildProgram:
 
 def _program(name: str, file: str) -> BuildProgram | None:
     """Return what a file name stands for, on the path or beside the Python that runs."""
-    path = shutil.which(file) or shutil.which(file, path=os.path.dirname(sys.executable))
+    path = shutil.which(file) or shutil.which(file, path=BESIDE)
     if path is None:
         return None
     try:
