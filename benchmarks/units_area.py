@@ -33,7 +33,7 @@ from cordicc.arith.circuits.uses import Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.synthesis import estimate
-from cordicc.backends.synthesis.cell_bits import FF_KINDS, LUT_KINDS, cell_bits
+from cordicc.backends.synthesis.cell_bits import DSP_KINDS, FF_KINDS, LUT_KINDS, cell_bits
 from cordicc.backends.synthesis.families import FAMILIES, synthesis_command
 from cordicc.backends.synthesis.programs import BuildProgram, newest
 from cordicc.base.text_tables import Sheet, Table, plain
@@ -44,7 +44,7 @@ from cordicc.targets.target_file import load_target
 
 TABLE = Path(estimate.__file__).with_name(estimate.TABLE)
 ONE_OF_EACH = ("ecp5-85k", "artix7-100t", "ice40-up5k", "ice40-hx8k", "generic")
-KINDS = {"lut": LUT_KINDS, "ff": FF_KINDS, "dsp": ("block",)}
+KINDS = {"lut": LUT_KINDS, "ff": FF_KINDS, "dsp": DSP_KINDS}
 PULL = 0.03
 """Weight of a coefficient's distance from 1 beside relative errors."""
 

@@ -103,28 +103,14 @@ def compile_file(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no plan within the limits, or no number format that holds a value.
     """
-    made = judged(plan_file(path, options, watch, enter), options.certify, enter)
-    return with_estimate(made, enter)
-
-
-def with_estimate(made: Compiled, enter: Enter = _nobody) -> Compiled:
-    """Return a plan with the area that its target's device is expected to need, where it has one."""
-    if made.plan.target.device is None:
-        return made
-    from cordicc.backends.synthesis.estimate import estimated_area
-    from cordicc.backends.synthesis.room import too_large
-
-    enter("estimating the area")
-    area = estimated_area(made.plan)
-    if area is None:
-        return made
-    more = too_large(area, DEVICES[made.plan.target.device], "about ")
-    plan, more = with_warnings(replace(made.plan, estimate=area), more), more
-    return Compiled(plan, (*made.warnings, *more))
+    return judged(plan_file(path, options, watch, enter), options.certify, enter)
 
 
 def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobody) -> Compiled:
-    """Return what `plan_file` made with its accuracy figures, and with error bounds where `certify` asks."""
+    """Return what `plan_file` made with its accuracy figures, with error bounds where `certify` asks.
+
+    The area is estimated too, where the target has a device.
+    """
     enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     with _telling(planned.warnings):
@@ -142,7 +128,23 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
     # Samples seldom come near enough to the zeros of denominators to show it.
     plan, ends = with_ends(plan)
     plan, more = with_warnings(plan, ends), [*more, *ends]
-    return Compiled(plan, (*planned.warnings, *more))
+    return _with_estimate(Compiled(plan, (*planned.warnings, *more)), enter)
+
+
+def _with_estimate(made: Compiled, enter: Enter) -> Compiled:
+    """Return a plan with the area that its target's device is expected to need, where it has one."""
+    if made.plan.target.device is None:
+        return made
+    from cordicc.backends.synthesis.estimate import estimated_area
+    from cordicc.backends.synthesis.room import too_large
+
+    enter("estimating the area")
+    area = estimated_area(made.plan)
+    if area is None:
+        return made
+    more = too_large(area, DEVICES[made.plan.target.device], "about ")
+    plan, more = with_warnings(replace(made.plan, estimate=area), more), more
+    return Compiled(plan, (*made.warnings, *more))
 
 
 def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody) -> Compiled:

@@ -31,8 +31,12 @@ FF_KINDS = ("register", "row", "delay")
 """Kinds that flip-flops are for: bits of registers; of registers in a row of three and more; as above."""
 
 
+DSP_KINDS = ("block", "constant")
+"""Multiplier blocks of products of two values, and of products with a constant, which may do with fewer."""
+
+
 def cell_bits(circuit: Circuit, device: Device) -> dict[str, int]:
-    """Return how much there is of each of `LUT_KINDS` and `FF_KINDS`, and of multiplier blocks, `block`."""
+    """Return how much there is of each of `LUT_KINDS` and `FF_KINDS`, and of `DSP_KINDS`."""
     count: Counter[str] = Counter()
     live = live_cells(circuit)
     for number in sorted(live):
@@ -81,13 +85,13 @@ def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple
 
 def _product(operands: list[Gate], device: Device) -> Iterator[tuple[str, int]]:
     wide, narrow = sorted((each.width - each.signed for each in operands), reverse=True)
+    constant = next((each.params[0] for each in operands if each.kind == "constant"), None)
     if device.dsp_bits is not None:
         a, b = device.dsp_bits
         blocks = math.ceil(wide / (a - 1)) * math.ceil(narrow / (b - 1))
-        yield "block", blocks
+        yield "block" if constant is None else "constant", blocks
         yield "tile", 36 * (blocks - 1)
         return
-    constant = next((each.params[0] for each in operands if each.kind == "constant"), None)
     rows = narrow if constant is None else _digits(constant)
     yield "array", wide * rows
 
