@@ -27,6 +27,7 @@ from cordicc.plan.model import Plan
 from cordicc.readback import check_plan
 from cordicc.schedule.request import Limits
 from cordicc.targets.target import DEFAULT_TARGET
+from cordicc.targets.target_file import Asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +181,8 @@ def compile(
     certify: bool | None = None,
     copies: int = 1,
     effort: float = 1.0,
+    width: int | None = None,
+    clock_hz: float | None = None,
 ) -> RunnablePlan:
     """Compile a problem file to a plan; the options are those of `cordicc compile`.
 
@@ -188,7 +191,7 @@ def compile(
         Unattainable: no plan within the limits.
     """
     limits = Limits(minimize, ii, max_processors, max_latency)
-    options = pipeline.Options(target, units, limits, certify, copies, effort)
+    options = pipeline.Options(target, units, limits, certify, copies, effort, Asked(width, clock_hz))
     return RunnablePlan.of(pipeline.compile_file(Path(problem), options).plan)
 
 

@@ -35,8 +35,9 @@ from cordicc.rewrite.same_meaning import check_meaning
 from cordicc.rewrite.search.costs import Costs
 from cordicc.schedule.place import figures, place
 from cordicc.schedule.request import Limits, OutOfLimits
+from cordicc.targets.device import DEVICES
 from cordicc.targets.target import DEFAULT_TARGET, Target, function_name
-from cordicc.targets.target_file import load_target
+from cordicc.targets.target_file import AS_WRITTEN, Asked, load_target
 
 if TYPE_CHECKING:
     from cordicc.certify.certificate import Bound
@@ -61,6 +62,12 @@ class Options:
     """Instances of the problem that share the units, see `cordicc.plan.copies`."""
     effort: float = 1.0
     """The work of searches, as a multiple of the usual; more proves more, and may find less hardware."""
+    asked: Asked = AS_WRITTEN
+    """Width of words and clock instead of the target's own."""
+
+    def loaded(self) -> Target:
+        """Return the target with what is asked for; raises InvalidInput."""
+        return load_target(self.target, asked=self.asked)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +107,10 @@ def compile_file(
 
 
 def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobody) -> Compiled:
-    """Return what `plan_file` made with its accuracy figures, and with error bounds where `certify` asks."""
+    """Return what `plan_file` made with its accuracy figures, with error bounds where `certify` asks.
+
+    The area is estimated too, where the target has a device.
+    """
     enter("simulating the plan")
     # The finished plan is run: its accuracy figures are those of the bits it would produce.
     with _telling(planned.warnings):
@@ -118,7 +128,23 @@ def judged(planned: Compiled, certify: bool | None = None, enter: Enter = _nobod
     # Samples seldom come near enough to the zeros of denominators to show it.
     plan, ends = with_ends(plan)
     plan, more = with_warnings(plan, ends), [*more, *ends]
-    return Compiled(plan, (*planned.warnings, *more))
+    return _with_estimate(Compiled(plan, (*planned.warnings, *more)), enter)
+
+
+def _with_estimate(made: Compiled, enter: Enter) -> Compiled:
+    """Return a plan with the area that its target's device is expected to need, where it has one."""
+    if made.plan.target.device is None:
+        return made
+    from cordicc.backends.synthesis.estimate import estimated_area
+    from cordicc.backends.synthesis.room import too_large
+
+    enter("estimating the area")
+    area = estimated_area(made.plan)
+    if area is None:
+        return made
+    more = too_large(area, DEVICES[made.plan.target.device], "about ")
+    plan, more = with_warnings(replace(made.plan, estimate=area), more), more
+    return Compiled(plan, (*made.warnings, *more))
 
 
 def plan_file(path: Path, options: Options, watch: Watch | None = None, enter: Enter = _nobody) -> Compiled:
@@ -145,7 +171,7 @@ def _plan_of(
 ) -> Compiled:
     """Return the plan of a problem that was read, and all warnings."""
     _check_size(loaded)
-    target = load_target(options.target)
+    target = options.loaded()
     limits = replace(options.limits, effort=options.limits.effort.times(options.effort))
     request = _Request(path, loaded, target, replace(options, limits=limits), watch, enter)
     refused: list[Unattainable] = []
@@ -230,7 +256,7 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
     request.enter("choosing formats and a schedule")
     # Scheduling sees unit operations with their latencies only.
     options = request.options
-    target_with = partial(load_target, options.target, used=_functions(choice.graph))
+    target_with = partial(load_target, options.target, used=_functions(choice.graph), asked=options.asked)
     unplaced, warnings = plan_with_formats(
         request.loaded,
         choice,
@@ -352,4 +378,6 @@ def _recorded(path: Path, options: Options) -> PlanOptions:
         max_latency=limits.max_latency,
         certify=options.certify,
         effort=None if options.effort == 1 else options.effort,
+        width=options.asked.width_bits,
+        clock=options.asked.clock_hz,
     )

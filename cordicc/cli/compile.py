@@ -61,6 +61,10 @@ def _shown(names: Iterable[str]) -> list[str]:
 @output_option("Folder for the results.  [default: build/<name>]")
 @force_option()
 @TARGET
+@click.option(
+    "--width", type=POSITIVE, metavar="BITS", help="Bits of fixed-point words instead of the target's."
+)
+@click.option("--clock", callback=_hertz, metavar="HZ", help="Clock instead of the target's; 5e7, 50MHz.")
 @units_option(
     "Which CAUs may be used: 'standard' forbids implicit ones, 'implicit' wants a target with them."
 )
@@ -111,6 +115,8 @@ def command(
     output: Path | None,
     force: bool,
     target: str,
+    width: int | None,
+    clock: float | None,
     units: str,
     ii: int | None,
     rate: float | None,
@@ -143,7 +149,7 @@ def command(
     from cordicc.plan.file import summary
     from cordicc.schedule.request import Limits, interval_for
     from cordicc.schedule.solver.engine import Effort
-    from cordicc.targets.target_file import load_target
+    from cordicc.targets.target_file import Asked, load_target
 
     names = pipeline.pass_names()
     if print_after is not None and print_after not in (*names, "all"):
@@ -155,13 +161,14 @@ def command(
 
     if rate is not None and ii is not None:
         raise click.UsageError("--ii and --rate exclude each other")
-    interval = ii or 1 if rate is None else interval_for(load_target(target), rate)
+    asked = Asked(width, clock)
+    interval = ii or 1 if rate is None else interval_for(load_target(target, asked=asked), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
     if output is not None and not force:
         require_own(
             output, ALWAYS_WRITTEN
         )  # told before the work; the names of others follow from the plan's
-    options = pipeline.Options(target, units, limits, certify, copies, effort)
+    options = pipeline.Options(target, units, limits, certify, copies, effort, asked)
     with stages(quiet or print_after is not None) as enter:
         compiled = pipeline.compile_file(file, options, watch, enter)
     tell(compiled.warnings)

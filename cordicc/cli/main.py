@@ -24,6 +24,7 @@ COMMANDS = (
     "schema",
     "sequences",
     "simulate",
+    "synthesize",
     "targets",
     "trace",
 )

@@ -13,6 +13,7 @@ from cordicc.arith.numbers.slack import EXACT, SLACK, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.graph import Graph
 from cordicc.ir.ops import angle_result
+from cordicc.plan.area import Area, SynthesisResult
 from cordicc.plan.origin import PlanOptions, PlanProblem, PlanTarget
 from cordicc.plan.stated_accuracy import CheckFigures, OutputAccuracy
 from cordicc.targets.target import CAU_KINDS
@@ -165,7 +166,9 @@ class Plan:
     each output takes.  Of the figures `processors`, `latency` and `fifo_words`, `optimal` tells which are
     proven to be the least under the options, `bounds` what each is at the least.  `accuracy` is by output,
     `checks` by check, both empty for a plan that was not run.  `unit_program` is the graph of the
-    operations with exact constants, from which error bounds are derived.
+    operations with exact constants, from which error bounds are derived.  `estimate` is the area that the
+    device of the target is expected to need, None of a target without one; `synthesis` what building showed,
+    None of a plan that was not built.
     """
 
     problem: PlanProblem
@@ -185,6 +188,8 @@ class Plan:
     selection: Selection = field(default_factory=Selection)
     unit_program: Graph | None = None
     checks: Mapping[str, CheckFigures] = field(default_factory=dict)
+    estimate: Area | None = None
+    synthesis: SynthesisResult | None = None
 
     @property
     def name(self) -> str:
@@ -215,6 +220,11 @@ class Plan:
     def fifo_words(self) -> int:
         """Return the words of all FIFOs together."""
         return sum(fifo.depth for fifo in self.fifos)
+
+    @property
+    def area(self) -> Area | None:
+        """Return the area as it was counted, else as it was estimated; None if it was neither."""
+        return self.estimate if self.synthesis is None else self.synthesis.area
 
     def units_by_kind(self) -> dict[str, int]:
         """Return the number of units of each kind, CAUs first."""

@@ -152,7 +152,10 @@ class PlanUnitKind:
 
 @dataclass(frozen=True, slots=True)
 class PlanTarget:
-    """The target of a plan: clock in Hz, arithmetic, area of a FIFO bit in adder equivalents, unit kinds."""
+    """The target of a plan: clock in Hz, arithmetic, area of a FIFO bit in adder equivalents, unit kinds.
+
+    `device` is the name of the chip, None where the target names none.
+    """
 
     name: str
     clock_hz: float
@@ -161,6 +164,7 @@ class PlanTarget:
     angle_unit: str = "rad"
     fifo_area_per_bit: float = 0.0
     units: Mapping[str, PlanUnitKind] = field(default_factory=dict)
+    device: str | None = None
 
     @classmethod
     def of(cls, target: Target) -> PlanTarget:
@@ -176,6 +180,7 @@ class PlanTarget:
                 kind: PlanUnitKind(unit.latency, unit.adders, unit.area, unit.stages)
                 for kind, unit in target.units.items()
             },
+            None if target.device is None else target.device.name,
         )
 
 
@@ -183,7 +188,8 @@ class PlanTarget:
 class PlanOptions:
     """What the user asked for: the options of `cordicc compile`, by the names of the Python interface.
 
-    `file` and `target` are names without folders, `effort` is None for the usual.  `time_limit_struck`
+    `file` and `target` are names without folders, `effort` is None for the usual, `width` (bits) and `clock`
+    (hertz) for those of the target.  `time_limit_struck`
     tells that the emergency stop ended a search: such a plan is not reproducible.
     """
 
@@ -197,12 +203,14 @@ class PlanOptions:
     certify: bool | None = None
     effort: float | None = None
     copies: int = 1
+    width: int | None = None
+    clock: float | None = None
     time_limit_struck: bool = False
 
     @property
     def recorded(self) -> dict[str, str | int | float | bool | None]:
         """Return the options by name as plans record them: what is seldom used only where it is."""
-        seldom = {"copies": 1, "time_limit_struck": False}
+        seldom = {"copies": 1, "width": None, "clock": None, "time_limit_struck": False}
         return {
             name: value for name, value in asdict(self).items() if name not in seldom or value != seldom[name]
         }

@@ -7,6 +7,7 @@ from typing import Any
 
 from cordicc.arith.numbers.slack import EXACT
 from cordicc.ir.text import print_graph
+from cordicc.plan.area import Area, SynthesisResult
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 from cordicc.plan.origin import (
     PlanCheck,
@@ -25,7 +26,7 @@ VERSION = 1
 
 def as_dict(plan: Plan) -> dict[str, Any]:
     """Return the plan as plain data, in the form of the published schema."""
-    return {
+    data = {
         "format": FORMAT,
         "version": VERSION,
         "name": plan.name,
@@ -58,6 +59,23 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         },
         "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
         "checks": {name: check_data(plan.problem.check(name), found) for name, found in plan.checks.items()},
+    }
+    if plan.area is not None:
+        data["area"] = {**asdict(plan.area), "estimated": plan.synthesis is None}
+    if plan.synthesis is not None:
+        data["synthesis"] = synthesis_data(plan.synthesis, plan.estimate)
+    return data
+
+
+def synthesis_data(synthesis: SynthesisResult, estimate: Area | None) -> dict[str, Any]:
+    """Return what building showed as plain data, in the form of the published schema, but for the area."""
+    return {
+        "device": synthesis.device,
+        "programs": list(synthesis.programs),
+        "seed": synthesis.seed,
+        "clock_hz": synthesis.clock_hz,
+        "slowest_path": None if synthesis.slowest is None else asdict(synthesis.slowest),
+        "estimate": None if estimate is None else asdict(estimate),
     }
 
 
@@ -98,7 +116,7 @@ def _input(item: PlanInput) -> dict[str, Any]:
 
 
 def _target(target: PlanTarget) -> dict[str, Any]:
-    return {
+    data: dict[str, Any] = {
         "name": target.name,
         "description": target.description,
         "clock_hz": target.clock_hz,
@@ -107,6 +125,7 @@ def _target(target: PlanTarget) -> dict[str, Any]:
         "fifo_area_per_bit": target.fifo_area_per_bit,
         "units": {kind: {**asdict(unit), "stages": dict(unit.stages)} for kind, unit in target.units.items()},
     }
+    return data if target.device is None else {**data, "device": target.device}
 
 
 def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:

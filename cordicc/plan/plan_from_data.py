@@ -11,6 +11,7 @@ from cordicc.arith.numbers.slack import EXACT, Slack
 from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.ir.facts import InputFacts
 from cordicc.ir.text import parse_graph
+from cordicc.plan.area import Area, PathEnd, SlowestPath, SynthesisResult
 from cordicc.plan.model import ControlWord, EndError, Fifo, Formats, Operand, Operation, Plan, Selection, Unit
 from cordicc.plan.origin import (
     PlanCheck,
@@ -85,7 +86,40 @@ def plan_of(data: dict[str, Any], name: str) -> Plan:
             name: _read_check(item)
             for name, item in _ordered([c.name for c in problem.checks], data.get("checks", {})).items()
         },
+        estimate=_read_estimate(data),
+        synthesis=_read_synthesis(data),
     )
+
+
+def _read_estimate(data: dict[str, Any]) -> Area | None:
+    area = data["synthesis"]["estimate"] if "synthesis" in data else data.get("area")
+    return None if area is None else _read_area(area)
+
+
+def _read_area(data: dict[str, Any]) -> Area:
+    return Area(**{field.name: int(data[field.name]) for field in fields(Area)})
+
+
+def _read_synthesis(data: dict[str, Any]) -> SynthesisResult | None:
+    if "synthesis" not in data:
+        return None
+    found = data["synthesis"]
+    return SynthesisResult(
+        device=found["device"],
+        programs=tuple(found["programs"]),
+        seed=None if found["seed"] is None else int(found["seed"]),
+        area=_read_area(data["area"]),
+        clock_hz=None if found["clock_hz"] is None else float(found["clock_hz"]),
+        slowest=None if found["slowest_path"] is None else _read_path(found["slowest_path"]),
+    )
+
+
+def _read_path(data: dict[str, Any]) -> SlowestPath:
+    begin, end = (
+        PathEnd(**{**{f.name: end[f.name] for f in fields(PathEnd)}, "operations": tuple(end["operations"])})
+        for end in (data["begin"], data["end"])
+    )
+    return SlowestPath(begin, end, float(data["logic_seconds"]), float(data["wire_seconds"]))
 
 
 def _ordered(names: Sequence[str], items: dict[str, Any]) -> dict[str, Any]:
@@ -146,13 +180,18 @@ def _read_target(data: dict[str, Any]) -> PlanTarget:
         angle_unit=data.get("angle_unit", "rad"),
         fifo_area_per_bit=float(data.get("fifo_area_per_bit", 0.0)),
         units=units,
+        device=data.get("device"),
     )
 
 
 def _read_options(data: dict[str, Any]) -> PlanOptions:
     known = {field.name for field in fields(PlanOptions)}
     # The schema takes 2.0 for an integer; the work of searches is the one number that need not be whole.
-    whole = {name: int(value) for name, value in data.items() if type(value) is float and name != "effort"}
+    whole = {
+        name: int(value)
+        for name, value in data.items()
+        if type(value) is float and name not in ("effort", "clock")
+    }
     return PlanOptions(**{name: value for name, value in (data | whole).items() if name in known})
 
 

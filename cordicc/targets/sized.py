@@ -2,19 +2,29 @@
 
 A target says `auto` where a figure follows from others.  Guard bits are the compiler's choice; given them,
 `cordicc.arith.unit.sizing` sizes each unit so that its proven error stays within 1 ulp of a word between
-operations, for the functions that it is used for, and latency, adders and area follow.
+operations, for the functions that it is used for, and latency, adders and area follow.  `clocked` is a
+latency that the unit's circuit takes at the clock of the target, on its device.
 """
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping, Sequence, Set
 from functools import cache
 from typing import Any
 
+from cordicc.arith.circuits.cell_delays import Clocking
+from cordicc.arith.circuits.unit_cycles import cycles_at
+from cordicc.arith.unit.arithmetic import Arithmetic
 from cordicc.arith.unit.cau import EXPONENT_BITS, INTEGER_BITS, Cau
 from cordicc.arith.unit.sizing import size_unit
+from cordicc.targets.device import DEVICES
+from cordicc.targets.target import CAU_KINDS, FUNCTIONS_OF_KIND
 
 AUTO = "auto"
+CLOCKED = "clocked"
+"""Of a latency that follows from the clock and the device."""
 
 _MOST_GUARD_BITS = 6
 WIDEST_WORD_BITS = 30
@@ -25,6 +35,9 @@ _REFERENCE_BITS = 32
 
 _MOST_ADDERS = 100_000
 """Of a figure in the file; what is beyond stays, and is told as not being a number of adders."""
+
+WEIGHTS = ("adder_bit", "dsp", "ram_bit")
+"""Look-up tables that count for a bit of an adder, a multiplier block, a bit of block RAM."""
 
 Data = dict[Any, Any]
 
@@ -61,30 +74,34 @@ def sized(data: Data, guard_bits: int, width_bits: int | None = None, used: Set[
     width, guard = format_.get("width"), format_.get("guard", 0)
     if type(width) is not int or type(guard) is not int:
         return {**data, "format": format_}
-    made = {
-        kind: _sized_unit(unit, width + guard, used) if isinstance(unit, dict) else unit
-        for kind, unit in units.items()
-    }
+    made = {}
+    for kind, unit in units.items():
+        made[kind] = unit
+        if isinstance(unit, dict):
+            filled = _sized_unit(unit, width + guard, used, weighed="weights" in data)
+            filled = _with_latency(str(kind), filled, {**data, "format": format_}, used)
+            made[kind] = _with_area(kind, filled, width + guard, data)
     return {**data, "format": format_, "units": made}
 
 
-def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
-    stages, arithmetic = unit.get("stages"), unit.get("arithmetic")
+def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None, *, weighed: bool) -> Data:
+    stages, arithmetic = unit.get("stages", {}), unit.get("arithmetic")
     functions = unit.get("functions")
     open_arithmetic = arithmetic == AUTO or (isinstance(arithmetic, dict) and set(arithmetic) == {"rule"})
     if not open_arithmetic or not isinstance(stages, dict) or not isinstance(functions, list):
         return unit
     rule = arithmetic["rule"] if isinstance(arithmetic, dict) else None
     names = [str(function) for function in functions]
-    needed = [name for name in names if used is None or name in used] or names
+    needed = _needed(names, used)
     cau = _cau(tuple(needed), word_bits, None if rule is None else str(rule))
     made: Data = {**unit, "arithmetic": _arithmetic(cau)}
-    made["stages"] = {
-        part: cau.iterations if cycles == AUTO else cycles
-        for part, stated in stages.items()
-        if (cycles := _cycles(stated, names, needed)) is not None
-    }
-    if unit.get("latency") == AUTO and all(type(c) is int for c in made["stages"].values()):
+    if stages:
+        made["stages"] = {
+            part: cau.iterations if cycles == AUTO else cycles
+            for part, stated in stages.items()
+            if (cycles := _cycles(stated, names, needed)) is not None
+        }
+    if unit.get("latency") == AUTO and stages and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
     adders = unit.get("adders")
     counts = adders.values() if isinstance(adders, dict) else ()
@@ -94,7 +111,7 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None) -> Data:
         and all(type(count) is int and 0 <= count <= _MOST_ADDERS for count in counts)
     ):
         made["adders"] = adders["around"] + adders["per_iteration"] * cau.iterations
-        if unit.get("area") == AUTO:
+        if unit.get("area") == AUTO and not weighed:
             bits = cau.fraction_bits + INTEGER_BITS
             made["area"] = round(made["adders"] * bits / _REFERENCE_BITS, 1)
     return made
@@ -107,6 +124,59 @@ def _cycles(stated: Any, known: Sequence[str], needed: Sequence[str]) -> Any:
         if isinstance(through, list) and through and all(name in known for name in through):
             return stated["cycles"] if any(name in needed for name in through) else None
     return stated
+
+
+def _needed(names: Sequence[str], used: Set[str] | None) -> list[str]:
+    """Return the functions that are asked of a unit; of one that does none of them all."""
+    return [name for name in names if used is None or name in used] or list(names)
+
+
+def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None) -> Data:
+    """Return a unit with the latency of its circuit, where that is open and the target has a device."""
+    device, functions, clock_hz = (
+        DEVICES.get(str(data.get("device"))),
+        unit.get("functions"),
+        data.get("clock_hz"),
+    )
+    if unit.get("latency") != CLOCKED or device is None or not isinstance(functions, list):
+        return unit
+    if isinstance(clock_hz, bool) or not isinstance(clock_hz, (int, float)) or clock_hz < 1:
+        return unit
+    names = [str(function) for function in functions]
+    if not all(name in FUNCTIONS_OF_KIND.get(kind, ()) for name in names):
+        return unit
+    units = {kind: unit["arithmetic"]} if kind in CAU_KINDS else {}
+    try:
+        cycles = _clocked(
+            json.dumps({"format": data["format"], "units": units}),
+            kind,
+            tuple(_needed(names, used)),
+            Clocking(1e9 / clock_hz, device.delays),
+        )
+    except (TypeError, KeyError):
+        return unit
+    return {**unit, "latency": cycles}
+
+
+@cache
+def _clocked(arithmetic: str, kind: str, functions: tuple[str, ...], clocking: Clocking) -> int:
+    return cycles_at(Arithmetic.from_spec(json.loads(arithmetic)), kind, functions, clocking)
+
+
+def _with_area(kind: object, unit: Data, word_bits: int, data: Data) -> Data:
+    """Return a unit with its area in look-up tables, where that is open and the target has weights."""
+    weights, adders, arithmetic = data.get("weights"), unit.get("adders"), unit.get("arithmetic")
+    if unit.get("area") != AUTO or not isinstance(weights, dict) or type(adders) is not int:
+        return unit
+    per_bit, per_dsp = weights.get("adder_bit"), weights.get("dsp")
+    if not isinstance(per_bit, (int, float)) or not isinstance(per_dsp, (int, float)):
+        return unit
+    bits = arithmetic["mantissa_bits"] if isinstance(arithmetic, dict) else word_bits
+    device = DEVICES.get(str(data.get("device")))
+    blocks = 0
+    if kind == "mul" and device is not None and device.dsp_bits is not None:
+        blocks = math.prod(-(-word_bits // (each - 1)) for each in device.dsp_bits)
+    return {**unit, "area": round(adders * bits * per_bit + blocks * per_dsp, 1)}
 
 
 @cache

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from cordicc.arith.unit.arithmetic import Arithmetic
+from cordicc.targets.device import Device
 
 DEFAULT_TARGET = "kinematic"
 CAU_KINDS = ("standard", "implicit")
 """Kinds of CORDIC arithmetic unit (CAU)."""
 
 SYSTEMS = {1: "circular", 0: "linear", -1: "hyperbolic"}
+
+
+FUNCTIONS_OF_KIND: dict[str, set[str]] = {
+    "standard": {f"{op}-{system}" for op in ("rotate", "vector") for system in SYSTEMS.values()}
+    | {"lightcone"},
+    "implicit": {"implicit-circular", "implicit-hyperbolic"},
+    "add": {"add", "sub", "min", "max", "select", "wrap"},
+    "mul": {"mul"},
+    "cmul": {"cmul"},
+    "shift": {"shift"},
+    "sign": {"neg", "abs", "flip", "sign", "guard"},
+}
+"""What each kind of unit may be able to do, by the names of `function_name`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +51,8 @@ class Target:
     """A target: clock in Hz, number format, unit kinds, area of a FIFO bit in adder equivalents.
 
     `guard_is_open`: the file leaves the guard bits of values between operations to the compiler.
+    `device`: the chip, None of a target that is none in particular; `weights`: look-up tables that a
+    multiplier block (`dsp`) and a bit of block RAM (`ram_bit`) count for where area is minimised.
     """
 
     name: str
@@ -47,6 +63,8 @@ class Target:
     fifo_area_per_bit: float
     units: Mapping[str, UnitKind]
     guard_is_open: bool = False
+    device: Device | None = None
+    weights: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def arithmetic(self) -> dict[str, Any]:

@@ -14,29 +14,36 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, ScalarNode
 
-from cordicc.base.diagnostics import InvalidInput, Report, Source, Span
-from cordicc.targets.sized import guard_is_open, sized
-from cordicc.targets.target import CAU_KINDS, SYSTEMS, Target, UnitKind
+from cordicc.base.diagnostics import Diagnostic, InvalidInput, Report, Source, Span
+from cordicc.targets.device import DEVICES, Device
+from cordicc.targets.sized import WEIGHTS, guard_is_open, sized
+from cordicc.targets.target import CAU_KINDS, FUNCTIONS_OF_KIND, Target, UnitKind
 
 REQUIRED_KINDS = ("standard", "add", "mul", "cmul", "shift", "sign")
-
-FUNCTIONS_OF_KIND: dict[str, set[str]] = {
-    "standard": {f"{op}-{system}" for op in ("rotate", "vector") for system in SYSTEMS.values()}
-    | {"lightcone"},
-    "implicit": {"implicit-circular", "implicit-hyperbolic"},
-    "add": {"add", "sub", "min", "max", "select", "wrap"},
-    "mul": {"mul"},
-    "cmul": {"cmul"},
-    "shift": {"shift"},
-    "sign": {"neg", "abs", "flip", "sign", "guard"},
-}
-"""What each kind of unit may be able to do, by the names of `function_name`."""
 
 _SIZE_LIMIT_BYTES = 256 * 1024
 _LATENCY_LIMIT = 100_000
 _LARGEST_NUMBER = 1e12
 _MOST_ERRORS = 50
 _LONGEST_NAME, _LONGEST_DESCRIPTION = 200, 2_000
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a user asks for instead of what a target says: bits of the words outside, the clock in hertz."""
+
+    width_bits: int | None = None
+    clock_hz: float | None = None
+
+    def instead(self, data: dict[Any, Any]) -> dict[Any, Any]:
+        """Return the data of a target with it."""
+        if self.width_bits is not None:
+            data = {**data, "format": {**data["format"], "width": self.width_bits}}
+        return data if self.clock_hz is None else {**data, "clock_hz": self.clock_hz}
+
+
+AS_WRITTEN = Asked()
+"""Nothing."""
 
 
 def shipped_targets() -> tuple[str, ...]:
@@ -80,6 +87,8 @@ def load_target(
     guard_bits: int = 0,
     width_bits: int | None = None,
     used: Set[str] | None = None,
+    *,
+    asked: Asked = AS_WRITTEN,
 ) -> Target:
     """Load and validate a shipped target by name, or a file.
 
@@ -88,9 +97,10 @@ def load_target(
         guard_bits: of values between operations, where the target leaves them open.
         width_bits: of words outside instead of the target's own, where it leaves the guard bits open.
         used: functions that the sizes of units follow from where the target leaves them open; None: all.
+        asked: what is asked for instead of the target's own width and clock.
 
     Raises:
-        InvalidInput: E501 to E505.
+        InvalidInput: E501 to E505, or a width for words that are not fixed point (E506).
     """
     source = target_text(name_or_path)
     report = Report(source)
@@ -103,6 +113,11 @@ def load_target(
         raise _failure(report, "E503", f"not valid YAML: {problem}", span) from None
     if not isinstance(data, dict):
         raise _failure(report, "E503", "a target must be a mapping")
+    if asked.width_bits is not None and not _is_fixed_point(data):
+        message = f"a width of {asked.width_bits} bits is for fixed-point words, which this target has not"
+        hint = "--target fixed24, or leave out --width"
+        raise InvalidInput([Diagnostic("E506", message, None, hint, source=source)])
+    data = asked.instead(data)
     try:
         filled = sized(data, guard_bits, width_bits, used)
         target = _Reader(report, cache(lambda: _yaml().compose(source.text))).target(filled)
@@ -112,6 +127,11 @@ def load_target(
     except ValueError as error:
         raise _failure(report, "E505", str(error)) from None
     return replace(target, guard_is_open=guard_is_open(data))
+
+
+def _is_fixed_point(data: dict[Any, Any]) -> bool:
+    format_ = data.get("format")
+    return isinstance(format_, dict) and format_.get("kind") == "fixed-point"
 
 
 def _yaml() -> YAML:
@@ -157,7 +177,8 @@ class _Reader:
 
     def target(self, data: dict[Any, Any]) -> Target | None:
         required = {"name", "clock_hz", "format", "units"}
-        self._keys(data, "", required, {"description", "angle_unit", "fifo_area_per_bit"})
+        optional = {"description", "angle_unit", "fifo_area_per_bit", "device", "weights"}
+        self._keys(data, "", required, optional)
         name = self._text(data, "name", _LONGEST_NAME)
         description = self._text(data, "description", _LONGEST_DESCRIPTION)
         clock_hz = self._number(data, "clock_hz", "", 1.0, least=1.0)
@@ -167,11 +188,37 @@ class _Reader:
             self._error("angle_unit must be 'rad' or 'turn'", "angle_unit")
         elif angle_unit == "turn":
             self._error("angle_unit 'turn' is not supported yet: plans compute in radians", "angle_unit")
+        device = self._device(data)
+        weights = self._weights(data)
         number_format = self._mapping(data, "format", "")
         units = self._units(self._mapping(data, "units", ""))
         if self.report.failed:
             return None
-        return Target(name, description, clock_hz, angle_unit, number_format, area_per_bit, units)
+        return Target(
+            name,
+            description,
+            clock_hz,
+            angle_unit,
+            number_format,
+            area_per_bit,
+            units,
+            device=device,
+            weights=weights,
+        )
+
+    def _device(self, data: dict[Any, Any]) -> Device | None:
+        name = data.get("device")
+        if name is not None and (not isinstance(name, str) or name not in DEVICES):
+            self._error(f"device must be one of {', '.join(DEVICES)}", "device")
+            return None
+        return None if name is None else DEVICES[name]
+
+    def _weights(self, data: dict[Any, Any]) -> dict[str, float]:
+        if "weights" not in data:
+            return {}
+        weights = self._mapping(data, "weights", "")
+        self._keys(weights, "weights.", set(WEIGHTS), set())
+        return {name: self._number(weights, name, "weights.", 0.0) for name in WEIGHTS}
 
     def _units(self, data: dict[Any, Any]) -> dict[str, UnitKind]:
         for kind in REQUIRED_KINDS:

@@ -9,7 +9,7 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.arith.unit import sizing
 from cordicc.arith.unit.cau import Cau
 from cordicc.arith.unit.sizing import OPERATIONS, adder_bits, error_ulp, internal_errors_ulp, size_unit
-from cordicc.targets.target_file import FUNCTIONS_OF_KIND
+from cordicc.targets.target import FUNCTIONS_OF_KIND
 from tests.support.selection import quick
 
 BITS = 8

@@ -29,6 +29,7 @@ ARGUMENTS: dict[str, Callable[[Path], list[object]]] = {
     "schema": lambda here: ["plan"],
     "sequences": lambda here: [],
     "simulate": lambda here: [here / "out", "--random", 10],
+    "synthesize": lambda here: ["--help"],  # what it runs may not be there, see test_synthesis
     "targets": lambda here: [],
     "trace": lambda here: ["vectoring", "--x", 1, "--y", 0.5],
 }

@@ -52,7 +52,7 @@ def message(path):
 
 def test_an_unknown_name_lists_the_shipped_ones():
     assert "E501" in message("nope")
-    assert "fixed24, imscor24, kinematic, krieger96" in message("nope")
+    assert "artix7, ecp5, fixed24, generic, ice40up, imscor24, kinematic, krieger96" in message("nope")
 
 
 def edited(tmp_path, edit):

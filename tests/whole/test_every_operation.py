@@ -25,8 +25,8 @@ from cordicc.ir.ops import OPS, Level
 from cordicc.ir.text import parse_graph, print_graph
 from cordicc.ir.well_formed import verify
 from cordicc.rewrite.search.costs import AREA_STEP, Costs
-from cordicc.targets.target import function_name
-from cordicc.targets.target_file import FUNCTIONS_OF_KIND, load_target, shipped_targets
+from cordicc.targets.target import FUNCTIONS_OF_KIND, function_name
+from cordicc.targets.target_file import load_target, shipped_targets
 from tests.support.operations import Case, cases, graph_of, plan_params
 
 LEAVES, ARITHMETIC, FUNCTIONS, UNITS = (

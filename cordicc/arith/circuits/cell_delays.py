@@ -13,26 +13,46 @@ _FREE = frozenset(("input", "constant", "register", "shl", "shr", "low", "join",
 
 
 @dataclass(frozen=True, slots=True)
-class Clocking:
-    """A clock, and the delays of the device whose registers it drives.
+class Delays:
+    """The delays of a device, in nanoseconds.
 
     Attributes:
-        period_ns: of the clock, less what registers take of it; infinite of a circuit without registers.
         table_ns: a lookup table, with the way to it.
         chain_ns: an addition without its length, with the way to it.
         carry_ns: a place of a chain of carries.
         product_ns: a product of the size that the device has a multiplier for.
+        register_ns: what a register takes of the period, from the clock and before it.
         product_bits: bits of both factors of such a multiplier.
-        entry_ns: when inputs exist in their cycle.
     """
 
-    period_ns: float
     table_ns: float = 1.1
     chain_ns: float = 1.9
     carry_ns: float = 0.04
     product_ns: float = 4.5
+    register_ns: float = 0.8
     product_bits: int = 18
-    entry_ns: float = 1.1
+
+
+DELAYS = Delays()
+"""Of a device with tables of four inputs; those of an ECP5, see `benchmarks/units_clock.py`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clocking:
+    """A clock period in nanoseconds, infinite of a circuit without registers, and the delays of a device."""
+
+    period_ns: float
+    delays: Delays = DELAYS
+
+    @property
+    def free_ns(self) -> float:
+        """What registers leave of the period."""
+        return self.period_ns - self.delays.register_ns
+
+    @property
+    def entry_ns(self) -> float:
+        """When inputs exist in their cycle: behind the multiplexers in front of a unit."""
+        return self.delays.table_ns
 
     def delay_ns(self, kind: str, operands: Sequence[Gate], lo: int, hi: int) -> float:
         """Return the delay of a cell."""
@@ -45,7 +65,7 @@ class Clocking:
                 # Of a constant one all bits are those of the sign, perhaps inverted.
                 plain = operands[-1 if kind == "negif" else 1].kind == "constant"
                 plain = plain or (kind == "addsub" and operands[2].kind == "constant")
-                return self._chain(width_of(lo, hi)) + (0.0 if plain else self.table_ns)
+                return self._chain(width_of(lo, hi)) + (0.0 if plain else self.delays.table_ns)
             case "lt":
                 return self._chain(max(each.width for each in operands))
             case "eq":
@@ -57,18 +77,18 @@ class Clocking:
                 return self._tables(max(operands[0].width, 4))
             case "mul":
                 return self._product(*(each.width for each in operands))
-        return self.table_ns
+        return self.delays.table_ns
 
     def _chain(self, bits: int) -> float:
-        return self.chain_ns + self.carry_ns * bits
+        return self.delays.chain_ns + self.delays.carry_ns * bits
 
     def _tables(self, bits: int) -> float:
         """Return the delay of a function of many bits in lookup tables of 4."""
-        return self.table_ns * max(1, math.ceil(math.log(max(bits, 2), 4) - 1e-9))
+        return self.delays.table_ns * max(1, math.ceil(math.log(max(bits, 2), 4) - 1e-9))
 
     def _product(self, first: int, second: int) -> float:
-        parts = math.ceil(first / self.product_bits) * math.ceil(second / self.product_bits)
-        return self.product_ns + (parts - 1).bit_length() * self._chain(first + second)
+        parts = math.prod(math.ceil(bits / self.delays.product_bits) for bits in (first, second))
+        return self.delays.product_ns + (parts - 1).bit_length() * self._chain(first + second)
 
 
 COMBINATIONAL = Clocking(math.inf)

@@ -47,7 +47,7 @@ class CellPipeline:
         cycle = max(cycles, default=0)
         start = self._last_arrival(operands, cycle)
         taken = 0.0 if constant else self._clocking.delay_ns(kind, cells, lo, hi)
-        if start > 0 and taken > 0 and start + taken > self._clocking.period_ns:
+        if start > 0 and taken > 0 and start + taken > self._clocking.free_ns:
             cycle, start = cycle + 1, 0.0
         numbers = tuple(self.at(each, cycle) for each in operands)
         number = len(self.cells)
@@ -88,7 +88,7 @@ class CellPipeline:
         """Return cells in one cycle, in which what takes some time yet can follow."""
         cycle = max((self.cells[number].cycle or 0 for number in numbers), default=0)
         late = self._last_arrival(numbers, cycle)
-        if late > 0 and late + ahead_ns > self._clocking.period_ns:
+        if late > 0 and late + ahead_ns > self._clocking.free_ns:
             cycle += 1
         return [self.at(number, cycle) for number in numbers]
 

@@ -108,11 +108,9 @@ def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Ca
             chosen = moves[0]
             for system, other in zip(systems[1:], moves[1:], strict=True):
                 chosen = _Moves(*(b.mux(system.chosen, p, q) for p, q in zip(chosen, other, strict=True)))
-            # The terms that are shifted down are added first: they are short.
-            x = b.named(
-                "x", b.narrowed(x - b.addsub(chosen.short_x, chosen.x, ~(up ^ bent)), -largest, largest)
-            )
-            y = b.named("y", b.narrowed(y - b.addsub(chosen.short_y, chosen.y, up), -largest, largest))
+            # What does not depend on the direction comes first, beside the comparison.
+            x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
+            y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
             grown = (
                 goal
                 if end.bias(number + 1).number == end.bias(number).number

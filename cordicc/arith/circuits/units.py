@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.cell_delays import COMBINATIONAL, Clocking
+from cordicc.arith.circuits.cell_delays import COMBINATIONAL, DELAYS, Clocking, Delays
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
@@ -55,7 +55,12 @@ class Plain:
 
 
 def unit_circuit(
-    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], latency: int
+    name: str,
+    arithmetic: Arithmetic,
+    kind: str,
+    uses: Sequence[Use | Plain],
+    latency: int,
+    delays: Delays = DELAYS,
 ) -> Circuit:
     """Return the circuit of a unit with some latency in cycles, for as fast a clock as that allows.
 
@@ -68,12 +73,12 @@ def unit_circuit(
         NoCircuitError: a use has none.
     """
     if not latency:
-        return _built(name, arithmetic, kind, uses, COMBINATIONAL).circuit(0)
+        return unit_builder(name, arithmetic, kind, uses, COMBINATIONAL).circuit(0)
     fits, fails = _SLOWEST, 0
-    best = _built(name, arithmetic, kind, uses, Clocking(_PERIODS[fits]))
+    best = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[fits], delays))
     while fits - fails > 1:
         middle = (fits + fails) // 2
-        made = _built(name, arithmetic, kind, uses, Clocking(_PERIODS[middle]))
+        made = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[middle], delays))
         if made.cycles() <= latency:
             fits, best = middle, made
         else:
@@ -81,9 +86,14 @@ def unit_circuit(
     return best.circuit(latency)
 
 
-def _built(
+def unit_builder(
     name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], clocking: Clocking
 ) -> CircuitBuilder:
+    """Return the circuit of a unit before its latency is stated, pipelined for a clock; see `unit_circuit`.
+
+    Raises:
+        NoCircuitError: a use has none.
+    """
     b = CircuitBuilder(name, clocking)
     ports = max(len(use.operands) for use in uses)
     widths = [

@@ -25,7 +25,8 @@ from cordicc.backends.text import mathml, recognition
 from cordicc.plan.model import Plan
 
 RECORDED_OPTIONS = (
-    "target", "units", "ii", "max_processors", "max_latency", "minimize", "copies", "certify", "effort",
+    "target", "width", "clock", "units", "ii", "max_processors", "max_latency", "minimize", "copies",
+    "certify", "effort",
 )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from cordicc.arith.numbers.formats import BinaryPoint
 from cordicc.backends import labels
+from cordicc.backends.text.area_facts import area_facts
 from cordicc.base.text_tables import percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanCheck, PlanUnitKind
@@ -96,6 +97,7 @@ def figures(plan: Plan) -> list[Figure]:
         Figure("Longest path, cycles", str(sum(plan.critical_path().values())), _longest(plan)),
         Figure("Initiation interval, cycles", str(interval), f"a sample every {time(interval)}"),
         Figure("FIFO words", str(words), f"{len(plan.fifos)} segments", _proof(plan, "fifo_words", words)),
+        *(Figure(name.strip().capitalize(), "", text) for name, text in area_facts(plan)),
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cordicc.arith.circuits.builder import CircuitBuilder
+from cordicc.arith.circuits.cell_delays import DELAYS
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.plain_operations import ExactNumber, rounded
 from cordicc.arith.circuits.units import Plain, unit_circuit
@@ -11,6 +12,7 @@ from cordicc.arith.numbers.fixed_point import FixedPoint
 from cordicc.backends.rtl.word_ports import WordFormats
 from cordicc.plan.model import Operation, Plan
 from cordicc.plan.netlist import Cell
+from cordicc.targets.device import DEVICES
 
 
 class UnitModules:
@@ -24,6 +26,8 @@ class UnitModules:
         self._plan = plan
         self._words = WordFormats(plan)
         self._prefix = prefix
+        device = DEVICES.get(plan.target.device or "")
+        self._delays = DELAYS if device is None else device.delays
         self.circuits: dict[str, Circuit] = {}
 
     def of_unit(self, cell: Cell, interval: int) -> tuple[str, dict[int, int]]:
@@ -37,7 +41,8 @@ class UnitModules:
             operation.start % interval: uses.index(self._use(operation)) for operation in cell.operations
         }
         try:
-            circuit = unit_circuit("unit", self._plan.arithmetic, cell.unit.kind, uses, cell.unit.latency)
+            unit = cell.unit
+            circuit = unit_circuit("unit", self._plan.arithmetic, unit.kind, uses, unit.latency, self._delays)
         except NoCircuitError as error:
             ids = ", ".join(f"{o.id} ({o.mode or o.op}, for {o.equation})" for o in cell.operations)
             raise NoCircuitError(f"{ids}: {error}") from None

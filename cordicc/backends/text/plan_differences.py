@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.backends.text.area_facts import area_facts
 from cordicc.backends.text.formulas import Formulas
 from cordicc.base.text_tables import Block, Heading, Sheet, Table
 from cordicc.plan.model import Plan
@@ -41,7 +42,11 @@ def differences(first: Plan, second: Plan) -> list[Difference]:
     found += _operations(first, second)
     if not found:
         mine, theirs = as_dict(first), as_dict(second)
-        found = [Difference("other", key, "differs", "differs") for key in mine if mine[key] != theirs[key]]
+        found = [
+            Difference("other", key, "differs", "differs")
+            for key in {**mine, **theirs}
+            if mine.get(key) != theirs.get(key)
+        ]
     return found
 
 
@@ -56,6 +61,7 @@ def _figures(plan: Plan) -> Iterator[tuple[str, Any]]:
     yield "interval", plan.initiation_interval
     yield "FIFO words", plan.fifo_words
     yield "FIFOs", len(plan.fifos)
+    yield from area_facts(plan)
     for name, proven in plan.optimal.items():
         yield f"{name} proven", "optimal" if proven else f"at least {plan.bounds[name]}"
 

@@ -14,6 +14,7 @@ from cordicc.backends.labels import (
     proof,
     turned_down,
 )
+from cordicc.backends.text.area_facts import area_facts
 from cordicc.base.text_tables import Block, Facts, Sheet, Table, percent
 from cordicc.plan.model import Plan
 from cordicc.plan.origin import PlanProblem
@@ -55,6 +56,7 @@ def plan_sheet(plan: Plan, last: str = "") -> Sheet:
     words = plan.arithmetic.system
     if isinstance(words, FixedSystem):
         rows.append(("words", f"{words.width_bits} bits outside, {words.operand_bits} between operations"))
+    rows += area_facts(plan)
     end = (*_ends(plan), *(("", f"  {last}") if last else ()))
     title = f"{plan.name} on {plan.target.name}"
     tables = (_accuracy(plan), *checks_table(plan.problem, plan.checks), *_ends_of_reach(plan))
