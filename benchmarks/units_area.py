@@ -5,7 +5,8 @@
 
 Makes circuits of every function of CORDIC units, of adders and multipliers, over widths of words; yosys
 counts their cells.  Look-up tables, flip-flops and multiplier blocks are fitted by least squares of relative
-errors, with no coefficient below 0 and each drawn a little towards 1, as few circuits tell all of them apart.
+errors, which the table states of circuits that are not small, with no coefficient below 0 and each drawn a
+little towards 1, as few circuits tell all of them apart.
 `--write` puts the coefficients of these devices into the table from which estimates are made; the others
 stay.  It takes some minutes for each device; with `--counts` only for circuits that changed, as the file
 keeps what yosys counted by the text of a module.
@@ -47,6 +48,9 @@ ONE_OF_EACH = ("ecp5-85k", "artix7-100t", "ice40-up5k", "ice40-hx8k", "generic")
 KINDS = {"lut": LUT_KINDS, "ff": FF_KINDS, "dsp": DSP_KINDS}
 PULL = 0.03
 """Weight of a coefficient's distance from 1 beside relative errors."""
+
+SMALL = {"lut": 300, "ff": 300, "dsp": 1}
+"""Cells by which counts are larger where errors are made relative: those of small circuits matter less."""
 
 GUARD_BITS = 4
 FUNCTIONS: tuple[tuple[str, str, int], ...] = (
@@ -117,16 +121,15 @@ def _built(yosys: BuildProgram, text: str, command: str, device: Device) -> Area
 
 
 def fitted(
-    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str]
+    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str], small: int
 ) -> dict[str, float]:
     """Return what a bit of each kind takes, none below 0; 0 for a kind that is nowhere."""
-    used = [row for row, count in zip(rows, counts, strict=True) if count]
-    scale = np.array([count for count in counts if count], float)
-    there = [kind for kind in kinds if any(row.get(kind) for row in used)]
+    weight = 1 / (np.array(counts, float) + small)
+    there = [kind for kind in kinds if any(row.get(kind) for row in rows)]
     while there:
-        matrix = np.array([[row.get(kind, 0) for kind in there] for row in used]) / scale[:, None]
+        matrix = np.array([[row.get(kind, 0) for kind in there] for row in rows]) * weight[:, None]
         pulled = np.vstack([matrix, PULL * np.eye(len(there))])
-        wanted = np.concatenate([np.ones(len(used)), np.full(len(there), PULL)])
+        wanted = np.concatenate([np.array(counts) * weight, np.full(len(there), PULL)])
         found = np.linalg.lstsq(pulled, wanted, rcond=None)[0]
         if (found >= 0).all():
             return {kind: round(float(each), 4) for kind, each in zip(there, found, strict=True)}
@@ -143,9 +146,9 @@ def calibrated(
     table: dict[str, list[str]] = {name: [name] for name, _ in made}
     for figure, kinds in KINDS.items():
         counts = [getattr(area, figure) for area in areas]
-        entry[figure] = fitted(rows, counts, kinds)
+        entry[figure] = fitted(rows, counts, kinds, SMALL[figure])
         guess = [sum(row.get(kind, 0) * each for kind, each in entry[figure].items()) for row in rows]
-        errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n]
+        errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n > SMALL[figure]]
         entry["error"][figure] = {
             "rms": round(float(np.sqrt(np.mean(np.square(errors)))), 4) if errors else 0.0,
             "max": round(float(np.max(np.abs(errors))), 4) if errors else 0.0,
