@@ -36,7 +36,7 @@ from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.synthesis import estimate
 from cordicc.backends.synthesis.cell_bits import DSP_KINDS, FF_KINDS, LUT_KINDS, cell_bits
 from cordicc.backends.synthesis.families import FAMILIES, synthesis_command
-from cordicc.backends.synthesis.programs import BuildProgram, newest
+from cordicc.backends.synthesis.programs import BuildProgram, installed, run_first
 from cordicc.base.text_tables import Sheet, Table, plain
 from cordicc.plan.area import Area
 from cordicc.targets.device import DEVICES, Device
@@ -99,25 +99,29 @@ def _unit(target: Target, kind: str, use: Use | Plain) -> Circuit:
                 raise
 
 
-def counted(yosys: BuildProgram, circuit: Circuit, device: Device, known: dict[str, Any]) -> Area:
-    """Return the cells of a circuit, which `known` has by what was built or gets."""
+def counted(
+    circuit: Circuit, several: Sequence[BuildProgram], device: Device, known: dict[str, Any]
+) -> tuple[str, Area]:
+    """Return a version of yosys and its cells of a circuit, which `known` has by what was built or gets."""
     text = module_text(circuit)
     command = synthesis_command(device, "unit")
-    key = hashlib.sha256(f"{yosys} {command} {text}".encode()).hexdigest()
+    key = hashlib.sha256(f"{several[0]} {command} {text}".encode()).hexdigest()
     if key not in known:
-        known[key] = asdict(_built(yosys, text, command, device))
-    return Area(**known[key])
+        version, area = _built(several, text, command, device)
+        known[key] = {"yosys": version, **asdict(area)}
+    figures = dict(known[key])
+    return figures.pop("yosys"), Area(**figures)
 
 
-def _built(yosys: BuildProgram, text: str, command: str, device: Device) -> Area:
+def _built(several: Sequence[BuildProgram], text: str, command: str, device: Device) -> tuple[str, Area]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "unit.v").write_text(text, encoding="ascii")
         lines = ["read_verilog unit.v", command, "tee -q -o count.json stat -json"]
         (folder / "run.ys").write_text("\n".join(lines) + "\n", encoding="ascii")
-        yosys.run(["-s", "run.ys"], folder)
+        yosys = run_first(several, ["-s", "run.ys"], folder)
         count = json.loads((folder / "count.json").read_text(encoding="utf-8"))
-    return FAMILIES[device.family].area(count["design"]["num_cells_by_type"])
+    return yosys.version, FAMILIES[device.family].area(count["design"]["num_cells_by_type"])
 
 
 def fitted(
@@ -138,14 +142,18 @@ def fitted(
 
 
 def calibrated(
-    device: Device, made: Sequence[tuple[str, Circuit]], areas: Sequence[Area], yosys: BuildProgram
+    device: Device, made: Sequence[tuple[str, Circuit]], found: Sequence[tuple[str, Area]]
 ) -> dict[str, Any]:
     """Return the entry of a device in the table, and print the errors by circuit."""
     rows = [cell_bits(circuit, device) for _, circuit in made]
-    entry: dict[str, Any] = {"yosys": yosys.version, "circuits": len(made), "error": {}}
+    entry: dict[str, Any] = {
+        "yosys": sorted({version for version, _ in found}),
+        "circuits": len(made),
+        "error": {},
+    }
     table: dict[str, list[str]] = {name: [name] for name, _ in made}
     for figure, kinds in KINDS.items():
-        counts = [getattr(area, figure) for area in areas]
+        counts = [getattr(area, figure) for _, area in found]
         entry[figure] = fitted(rows, counts, kinds, SMALL[figure])
         guess = [sum(row.get(kind, 0) * each for kind, each in entry[figure].items()) for row in rows]
         errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n > SMALL[figure]]
@@ -171,18 +179,18 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     made = [each for width in given.widths.split(",") for each in circuits(int(width))]
-    yosys = newest("yosys")
+    several = installed("yosys")
     known = _read(given.counts)
     for device in (DEVICES[name] for name in given.devices.split(",")):
-        areas = []
+        found = []
         with ThreadPoolExecutor(given.jobs) as pool:
-            build = partial(counted, yosys, device=device, known=known)
-            for done, area in enumerate(pool.map(build, (circuit for _, circuit in made)), 1):
-                areas.append(area)
+            build = partial(counted, several=several, device=device, known=known)
+            for done, each in enumerate(pool.map(build, (circuit for _, circuit in made)), 1):
+                found.append(each)
                 print(f"{device.name}: {done} of {len(made)}", file=sys.stderr, flush=True)
                 if given.counts is not None:
                     given.counts.write_text(json.dumps(dict(known)), encoding="utf-8")
-        entry = calibrated(device, made, areas, yosys)
+        entry = calibrated(device, made, found)
         if given.write:
             table = {**_read(TABLE), estimate.table_name(device): entry}
             TABLE.write_text(json.dumps(table, indent=2, sort_keys=True) + "\n", encoding="utf-8")
