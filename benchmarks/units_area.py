@@ -5,7 +5,8 @@
 
 Makes circuits of every function of CORDIC units, of adders and multipliers, over widths of words; yosys
 counts their cells.  Look-up tables, flip-flops and multiplier blocks are fitted by least squares of relative
-errors, with no coefficient below 0 and each drawn a little towards 1, as few circuits tell all of them apart.
+errors, which the table states of circuits that are not small, with no coefficient below 0 and each drawn a
+little towards 1, as few circuits tell all of them apart.
 `--write` puts the coefficients of these devices into the table from which estimates are made; the others
 stay.  It takes some minutes for each device; with `--counts` only for circuits that changed, as the file
 keeps what yosys counted by the text of a module.
@@ -35,7 +36,7 @@ from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.synthesis import estimate
 from cordicc.backends.synthesis.cell_bits import DSP_KINDS, FF_KINDS, LUT_KINDS, cell_bits
 from cordicc.backends.synthesis.families import FAMILIES, synthesis_command
-from cordicc.backends.synthesis.programs import BuildProgram, newest
+from cordicc.backends.synthesis.programs import BuildProgram, installed, run_first
 from cordicc.base.text_tables import Sheet, Table, plain
 from cordicc.plan.area import Area
 from cordicc.targets.device import DEVICES, Device
@@ -47,6 +48,9 @@ ONE_OF_EACH = ("ecp5-85k", "artix7-100t", "ice40-up5k", "ice40-hx8k", "generic")
 KINDS = {"lut": LUT_KINDS, "ff": FF_KINDS, "dsp": DSP_KINDS}
 PULL = 0.03
 """Weight of a coefficient's distance from 1 beside relative errors."""
+
+SMALL = {"lut": 300, "ff": 300, "dsp": 1}
+"""Cells by which counts are larger where errors are made relative: those of small circuits matter less."""
 
 GUARD_BITS = 4
 FUNCTIONS: tuple[tuple[str, str, int], ...] = (
@@ -95,38 +99,41 @@ def _unit(target: Target, kind: str, use: Use | Plain) -> Circuit:
                 raise
 
 
-def counted(yosys: BuildProgram, circuit: Circuit, device: Device, known: dict[str, Any]) -> Area:
-    """Return the cells of a circuit, which `known` has by what was built or gets."""
+def counted(
+    circuit: Circuit, several: Sequence[BuildProgram], device: Device, known: dict[str, Any]
+) -> tuple[str, Area]:
+    """Return a version of yosys and its cells of a circuit, which `known` has by what was built or gets."""
     text = module_text(circuit)
     command = synthesis_command(device, "unit")
-    key = hashlib.sha256(f"{yosys} {command} {text}".encode()).hexdigest()
+    key = hashlib.sha256(f"{several[0]} {command} {text}".encode()).hexdigest()
     if key not in known:
-        known[key] = asdict(_built(yosys, text, command, device))
-    return Area(**known[key])
+        version, area = _built(several, text, command, device)
+        known[key] = {"yosys": version, **asdict(area)}
+    figures = dict(known[key])
+    return figures.pop("yosys"), Area(**figures)
 
 
-def _built(yosys: BuildProgram, text: str, command: str, device: Device) -> Area:
+def _built(several: Sequence[BuildProgram], text: str, command: str, device: Device) -> tuple[str, Area]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "unit.v").write_text(text, encoding="ascii")
         lines = ["read_verilog unit.v", command, "tee -q -o count.json stat -json"]
         (folder / "run.ys").write_text("\n".join(lines) + "\n", encoding="ascii")
-        yosys.run(["-s", "run.ys"], folder)
+        yosys = run_first(several, ["-s", "run.ys"], folder)
         count = json.loads((folder / "count.json").read_text(encoding="utf-8"))
-    return FAMILIES[device.family].area(count["design"]["num_cells_by_type"])
+    return yosys.version, FAMILIES[device.family].area(count["design"]["num_cells_by_type"])
 
 
 def fitted(
-    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str]
+    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str], small: int
 ) -> dict[str, float]:
     """Return what a bit of each kind takes, none below 0; 0 for a kind that is nowhere."""
-    used = [row for row, count in zip(rows, counts, strict=True) if count]
-    scale = np.array([count for count in counts if count], float)
-    there = [kind for kind in kinds if any(row.get(kind) for row in used)]
+    weight = 1 / (np.array(counts, float) + small)
+    there = [kind for kind in kinds if any(row.get(kind) for row in rows)]
     while there:
-        matrix = np.array([[row.get(kind, 0) for kind in there] for row in used]) / scale[:, None]
+        matrix = np.array([[row.get(kind, 0) for kind in there] for row in rows]) * weight[:, None]
         pulled = np.vstack([matrix, PULL * np.eye(len(there))])
-        wanted = np.concatenate([np.ones(len(used)), np.full(len(there), PULL)])
+        wanted = np.concatenate([np.array(counts) * weight, np.full(len(there), PULL)])
         found = np.linalg.lstsq(pulled, wanted, rcond=None)[0]
         if (found >= 0).all():
             return {kind: round(float(each), 4) for kind, each in zip(there, found, strict=True)}
@@ -135,17 +142,21 @@ def fitted(
 
 
 def calibrated(
-    device: Device, made: Sequence[tuple[str, Circuit]], areas: Sequence[Area], yosys: BuildProgram
+    device: Device, made: Sequence[tuple[str, Circuit]], found: Sequence[tuple[str, Area]]
 ) -> dict[str, Any]:
     """Return the entry of a device in the table, and print the errors by circuit."""
     rows = [cell_bits(circuit, device) for _, circuit in made]
-    entry: dict[str, Any] = {"yosys": yosys.version, "circuits": len(made), "error": {}}
+    entry: dict[str, Any] = {
+        "yosys": sorted({version for version, _ in found}),
+        "circuits": len(made),
+        "error": {},
+    }
     table: dict[str, list[str]] = {name: [name] for name, _ in made}
     for figure, kinds in KINDS.items():
-        counts = [getattr(area, figure) for area in areas]
-        entry[figure] = fitted(rows, counts, kinds)
+        counts = [getattr(area, figure) for _, area in found]
+        entry[figure] = fitted(rows, counts, kinds, SMALL[figure])
         guess = [sum(row.get(kind, 0) * each for kind, each in entry[figure].items()) for row in rows]
-        errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n]
+        errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n > SMALL[figure]]
         entry["error"][figure] = {
             "rms": round(float(np.sqrt(np.mean(np.square(errors)))), 4) if errors else 0.0,
             "max": round(float(np.max(np.abs(errors))), 4) if errors else 0.0,
@@ -168,18 +179,18 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     made = [each for width in given.widths.split(",") for each in circuits(int(width))]
-    yosys = newest("yosys")
+    several = installed("yosys")
     known = _read(given.counts)
     for device in (DEVICES[name] for name in given.devices.split(",")):
-        areas = []
+        found = []
         with ThreadPoolExecutor(given.jobs) as pool:
-            build = partial(counted, yosys, device=device, known=known)
-            for done, area in enumerate(pool.map(build, (circuit for _, circuit in made)), 1):
-                areas.append(area)
+            build = partial(counted, several=several, device=device, known=known)
+            for done, each in enumerate(pool.map(build, (circuit for _, circuit in made)), 1):
+                found.append(each)
                 print(f"{device.name}: {done} of {len(made)}", file=sys.stderr, flush=True)
                 if given.counts is not None:
                     given.counts.write_text(json.dumps(dict(known)), encoding="utf-8")
-        entry = calibrated(device, made, areas, yosys)
+        entry = calibrated(device, made, found)
         if given.write:
             table = {**_read(TABLE), estimate.table_name(device): entry}
             TABLE.write_text(json.dumps(table, indent=2, sort_keys=True) + "\n", encoding="utf-8")

@@ -123,9 +123,9 @@ def benchmark() -> ModuleType:
 def test_the_fit_finds_what_bits_take(benchmark: ModuleType) -> None:
     rows = [{"add": 100 * i, "mux": 40 * j} for i in range(1, 6) for j in range(1, 6)]
     counts = [round(1.2 * row["add"] + 0.5 * row["mux"]) for row in rows]
-    found = benchmark.fitted(rows, counts, ("add", "mux", "logic"))
+    found = benchmark.fitted(rows, counts, ("add", "mux", "logic"), 0)
     assert found == {"add": pytest.approx(1.2, abs=0.03), "mux": pytest.approx(0.5, abs=0.06)}
-    falling = benchmark.fitted(rows, [row["add"] - row["mux"] // 4 for row in rows], ("add", "mux"))
+    falling = benchmark.fitted(rows, [row["add"] - row["mux"] // 4 for row in rows], ("add", "mux"), 0)
     assert min(falling.values()) >= 0
 
 

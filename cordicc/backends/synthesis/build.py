@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import gettempdir
@@ -14,7 +14,7 @@ from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.backends.rtl.core import Core, core_of
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.synthesis.families import FAMILIES, synthesis_command
-from cordicc.backends.synthesis.programs import BuildProgram, newest
+from cordicc.backends.synthesis.programs import BuildProgram, installed, newest, run_first
 from cordicc.backends.synthesis.room import too_large
 from cordicc.backends.synthesis.timing import slowest_path
 from cordicc.backends.synthesis.wrapper import TOP, wrapper_text
@@ -47,14 +47,14 @@ def built(
     """
     core = core_of_plan(plan)
     family = FAMILIES[device.family]
-    yosys = newest("yosys")
+    several = installed("yosys")
     router = newest(family.router) if place and family.router else None
     with ExitStack() as stack:
         parent = Path(gettempdir())
         with locked(parent):
             folder = stack.enter_context(folder_in(parent))
-        enter(f"{yosys} makes cells of {device.part or 'no chip in particular'}")
-        area = family.area(_counted(yosys, core, device, folder, netlist=router is not None))
+        yosys, count = _counted(several, core, device, folder, netlist=router is not None, enter=enter)
+        area = family.area(count)
         warnings = too_large(area, device)
         if router is None or warnings:
             return SynthesisResult(device.name, (str(yosys),), None, area, None, None), warnings
@@ -77,9 +77,18 @@ def core_of_plan(plan: Plan) -> Core:
 
 
 def _counted(
-    yosys: BuildProgram, core: Core, device: Device, folder: Path, *, netlist: bool
-) -> Mapping[str, int]:
-    """Return the cells of a core by type, and leave a netlist with registers around it if wanted."""
+    several: Sequence[BuildProgram],
+    core: Core,
+    device: Device,
+    folder: Path,
+    *,
+    netlist: bool,
+    enter: Callable[[str], None],
+) -> tuple[BuildProgram, Mapping[str, int]]:
+    """Return the yosys that did it and the cells of a core by type; leave a netlist with a wrapper if wanted.
+
+    The next of several is tried where one fails: as WebAssembly it has a small stack, which deep logic fills.
+    """
     texts = {f"{core.name}_core": core.text} | {n: module_text(c) for n, c in core.modules.items()}
     for name, text in texts.items():
         (folder / f"{name}.v").write_text(text, encoding="ascii")
@@ -94,9 +103,10 @@ def _counted(
         joined = [f"design -copy-from around -as {TOP} {TOP}", f"hierarchy -top {TOP}", "flatten", "clean"]
         script = [*around, *script, *joined, f"write_json {_NETLIST}"]
     (folder / "run.ys").write_text("\n".join(script) + "\n", encoding="ascii")
-    yosys.run(["-s", "run.ys"], folder)
-    count: Mapping[str, int] = _read(folder / _COUNT)["design"]["num_cells_by_type"]
-    return count
+    yosys = run_first(
+        several, ["-s", "run.ys"], folder, lambda each: enter(f"{each} makes cells of {device.name}")
+    )
+    return yosys, _read(folder / _COUNT)["design"]["num_cells_by_type"]
 
 
 def _routed(

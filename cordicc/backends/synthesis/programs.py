@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,9 +57,14 @@ class BuildProgram:
 
 
 def newest(name: str) -> BuildProgram:
-    """Return the newest program of a name: the system's, or that of PyPI's `yowasp-NAME`.
+    """Return the newest of `installed`; raises InvalidInput if there is none (E660)."""
+    return installed(name)[0]
 
-    Of two of one version it is the system's, which is faster.
+
+def installed(name: str) -> list[BuildProgram]:
+    """Return the programs of a name, the newest first: the system's, and that of PyPI's `yowasp-NAME`.
+
+    Of two of one version the system's comes first.
 
     Raises:
         InvalidInput: there is none (E660).
@@ -70,7 +75,30 @@ def newest(name: str) -> BuildProgram:
         message = f"{name} is not installed, or does not run"
         hint = f"install it from your system, or: pip install {package}"
         raise InvalidInput([Diagnostic("E660", message, hint=hint)])
-    return max(found, key=lambda program: _numbers(program.version))
+    return sorted(found, key=lambda program: _numbers(program.version), reverse=True)
+
+
+def run_first(
+    several: Sequence[BuildProgram],
+    arguments: Sequence[str],
+    folder: Path,
+    enter: Callable[[BuildProgram], None] = lambda program: None,
+) -> BuildProgram:
+    """Run the first of several programs that does not fail, and return it; `enter` is told each.
+
+    Raises:
+        Unattainable: all fail; what the first of them told (E422).
+    """
+    failures = []
+    for program in several:
+        enter(program)
+        try:
+            program.run(arguments, folder)
+        except Unattainable as error:
+            failures.append(error)
+        else:
+            return program
+    raise failures[0]
 
 
 def _program(name: str, file: str) -> BuildProgram | None:
