@@ -320,6 +320,19 @@ def is_clear(problem: RandomProblem, samples: Mapping[str, np.ndarray], index: i
     return bool(clear_validity(problem, one, erring, tries=200)[1][0])
 
 
+def spread(problem: RandomProblem, sample: dict[str, float], erring: float) -> dict[str, float] | None:
+    """Return by output how far rounding moves it at a sample, None where that has no value in some try."""
+    made: list[dict[str, float]] = []
+    for attempt in range(8):
+        noise = Noise(erring, erring if attempt % 2 else 0.0)
+        noise.generator.seed(attempt)
+        values = problem.evaluate(sample, noise)
+        if values is None:
+            return None
+        made.append(values)
+    return {name: float(np.ptp([each[name] for each in made])) for name in problem.outputs}
+
+
 def resolution(plan: Plan) -> float:
     """Return the step of the coarsest fixed-point format of a plan, 0 if it has none."""
     formats = PortFormats.of(plan, plan.arithmetic)
