@@ -38,7 +38,6 @@ from cordicc.plan.model import Plan
 from cordicc.targets.target_file import shipped_targets
 from tests.support.c_models import COMPILER, check
 from tests.support.random_problems import (
-    Noise,
     RandomProblem,
     beside_borders,
     clear_validity,
@@ -46,10 +45,10 @@ from tests.support.random_problems import (
     is_clear,
     random_problem,
     resolution,
+    spread,
 )
 
 ERRING = 2.0**-20
-TRIES = 8
 TIMES = 32
 
 
@@ -62,19 +61,6 @@ def same(name: str, one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
     for key, column in one.items():
         if not np.array_equal(np.asarray(column), np.asarray(other[key]), equal_nan=True):
             raise Difference(f"{name}: '{key}'")
-
-
-def spread(problem: RandomProblem, sample: dict[str, float], erring: float) -> dict[str, float] | None:
-    """Return by output how far rounding moves it at a sample, None where that has no value in some try."""
-    made: list[dict[str, float]] = []
-    for attempt in range(TRIES):
-        noise = Noise(erring, erring if attempt % 2 else 0.0)
-        noise.generator.seed(attempt)
-        values = problem.evaluate(sample, noise)
-        if values is None:
-            return None
-        made.append(values)
-    return {name: float(np.ptp([each[name] for each in made])) for name in problem.outputs}
 
 
 def judge(

@@ -7,7 +7,8 @@ may be far from what any sample has. So samples next to the border are looked at
 their errors are alike, in the operands' unit or relative to the operands, the slack is `_ENOUGH` times what
 is proven of nine in ten of them; else it is no more than most of them need, so that no sample is taken for
 one at the border that is farther from it than its own errors. Where an error makes an operation choose
-otherwise, what it chooses is right beside the sample, and errs as little: such a jump is no distance.
+otherwise, what it chooses is right beside the sample, and errs as little: such a jump is no distance, nor is
+a whole turn.  An error as large as what is compared tells that its sample is lost, and nothing of a border.
 
 Before the end of reach a slack takes solutions away, so what counts as the end there is no more than what
 half of the samples need, or as much where many of them are at the border, as by a clamp.

@@ -22,6 +22,9 @@ _FEWEST = 2
 _SHAKES = 16
 """Disturbed evaluations that show whether a sample hangs on rounding."""
 
+_CONDITIONED = {"guard": 1, "sqrt": 0, "log": 0}
+"""The operand on whose sign it depends whether an operation has a value."""
+
 _WORK = 50_000
 """Disturbed operations that are evaluated at the most; large problems are compared on fewer samples."""
 
@@ -32,7 +35,8 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     A sample at which the equations themselves jump (a branch cut, the edge of the domain) or hang on
     rounding proves nothing and is passed over: one whose results change when its inputs are moved by
     2^-40 or when every operation is disturbed by 2^-90, in any of `_SHAKES` tries.  So is one that breaks
-    what the problem assumes, or with a number on the way that is too large for every format.
+    what the problem assumes, or with a number on the way that is too large for every format, or with a
+    condition on a number that is 0 but for rounding: on both sides of it there may be no value.
     """
     fitting = _WORK // max(1, len(problem.graph.nodes)) // _SHAKES
     probes = max(_FEWEST, min(_PROBES, fitting))
@@ -55,6 +59,7 @@ def check_meaning(problem: Problem, graph: Graph) -> None:
     if not np.array_equal(defined[steady], kept[steady]):
         # A number that no format holds has no value here, and rewriting goes by other numbers on the way.
         steady &= ~(_leaves_range(problem.graph, samples) | _leaves_range(graph, samples))
+        steady &= ~_on_border(problem.graph, samples)
     assert np.array_equal(defined[steady], kept[steady]), "rewriting changed which samples are valid"
     for output in problem.outputs:
         agree = _near(output, exact, rewritten, 1e-9)
@@ -70,6 +75,18 @@ def _leaves_range(graph: Graph, samples: Mapping[str, np.ndarray]) -> np.ndarray
     ]
     columns, _ = reference_outputs(Graph(graph.nodes, {str(v): v for v in values}), samples)
     found: np.ndarray = np.any([np.abs(c) >= sys.float_info.max for c in columns.values()], axis=0)
+    return found
+
+
+def _on_border(graph: Graph, samples: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Tell for which samples a condition is on a number that is nothing but rounding."""
+    found: np.ndarray = np.zeros(len(next(iter(samples.values()), ())), dtype=bool)
+    wanted = {node.operands[_CONDITIONED[node.op]] for node in graph.nodes if node.op in _CONDITIONED}
+    parts = Graph(graph.nodes, {str(value): value for value in wanted})
+    exact, _ = reference_outputs(parts, samples)
+    shaken, _ = reference_outputs(parts, samples, jitter=True)
+    for name, column in exact.items():
+        found |= (column != 0) & (np.abs(column) <= _SHAKES * np.abs(column - shaken[name]))
     return found
 
 

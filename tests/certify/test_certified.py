@@ -1,6 +1,7 @@
 """The proven bounds of the corpus on fixed point: no sample inside is beyond, and nearly all are inside."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,3 +41,25 @@ def test_no_sample_is_beyond_the_bound(name: str, effort: float) -> None:
             error = np.minimum(np.mod(error, math.tau), math.tau - np.mod(error, math.tau))
         counted = error[held & defined & simulated["valid"]]
         assert counted.max() <= bound.value
+
+
+WRAPPED = """
+inputs: {y: [0.3, 0.4], z: [-1.4, -1.3]}
+equations:
+  - v = atan2(sin(z), y + z) + acos(sin(z)/hypot(sin(z), y + z))
+  - w = asin(v/4)
+"""
+
+
+@pytest.mark.parametrize("target", quick(["kinematic", "fixed24", "imscor24"], "fixed24"))
+def test_an_angle_that_is_always_a_turn_off_has_a_bound(target: str, tmp_path: Path) -> None:
+    path = tmp_path / "wrapped.yaml"
+    path.write_text(WRAPPED, encoding="utf-8")
+    plan = planned(path, target=target, effort=0.1)
+    assert "wrap" in {operation.op for operation in plan.operations}
+    bound = bounds_of(plan)["w"]
+    assert bound.value is not None, bound.reason
+    assert bound.value < 1e-6
+    points = sampling.draw(plan.problem.workspace, 2_000, 3)
+    values, _ = exact(plan.problem, points)
+    assert np.abs(functional.run(plan, plan.arithmetic, points)["w"] - values["w"]).max() <= bound.value

@@ -9,6 +9,7 @@ import pytest
 
 from cordicc.frontend.load import load_problem
 from cordicc.ir.meaning.reference import reference_outputs
+from cordicc.rewrite.same_meaning import check_meaning
 from tests.support.random_problems import beside_borders, clear_validity, random_problem
 from tests.support.rewriting import problem_of, same_where, searched
 from tests.support.selection import quick
@@ -81,3 +82,21 @@ def test_borders_of_random_problems(tmp_path: Path, first: int) -> None:
         path.write_text(written.text, encoding="utf-8")
         _, defined = reference_outputs(searched(load_problem(path).problem).graph, samples)
         np.testing.assert_array_equal(defined[clear], valid[clear], err_msg=written.text)
+
+
+def test_an_exact_border_of_two_conditions(tmp_path: Path) -> None:
+    """The angle is 0, at which alone it is not positive and has a root, and which rounding misses."""
+    path = tmp_path / "problem.yaml"
+    path.write_text(
+        "inputs: {x: [0.1, 2]}\nequations:\n"
+        "  - solve: x*cos(q) + acos(0.7)*sin(q) = hypot(x, pi)*cos(atan2(pi, x))\n    for: q\n"
+        "    branch: q < 0\n  - w = x + sqrt(q)\noutputs: [w]\n",
+        encoding="utf-8",
+    )
+    problem = load_problem(path).problem
+    graph = searched(problem).graph
+    check_meaning(problem, graph)
+    samples = {"x": np.array([0.3, 1.7])}
+    found, valid = reference_outputs(graph, samples)
+    assert valid.all()
+    assert found["w"] == pytest.approx(samples["x"], abs=1e-12)

@@ -66,12 +66,14 @@ class NoValue(Exception):
 class Noise:
     """What rounding an evaluation suffers: relative and absolute sizes, from a seeded generator.
 
-    Without any an evaluation has `DIGITS` digits, else it is in doubles.
+    Without any an evaluation has `DIGITS` digits, else it is in doubles.  `tolerance` is what may be beyond a
+    border and counts as on it.
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     generator: random.Random = field(default_factory=lambda: random.Random(0))
+    tolerance: float = 0.0
 
     @property
     def context(self) -> Any:
@@ -147,9 +149,23 @@ def _quotient(a: Any, b: Any) -> Any:
     return a / b
 
 
+def _at_least(end: int) -> Any:
+    return lambda x, tolerance: end if end - tolerance <= x < end else x
+
+
+def _at_most_one(x: Any, tolerance: float) -> Any:
+    return mp.sign(x) if 1 < abs(x) <= 1 + tolerance else x
+
+
+_BORDERS = {"sqrt": _at_least(0), "acosh": _at_least(1), "acos": _at_most_one, "asin": _at_most_one}
+"""What to take for an operand beside the border of a domain."""
+
+
 def _function(name: str) -> Any:
     def apply(*operands: Any) -> Real:
         a = [_number(each) for each in operands]
+        if Real.noise.tolerance and name in _BORDERS:
+            a = [_BORDERS[name](a[0], Real.noise.tolerance)]
         outside: Any = {
             "sqrt": lambda x: x < 0,
             "acos": lambda x: abs(x) > 1,
@@ -233,7 +249,7 @@ class Step:
             shown = self.parts[3].format(t="t")
             left, relation, _ = shown.split()
             excess = _evaluated(left, {"t": Real(inside)}).value
-            if excess >= 0 if relation == ">" else excess <= 0:
+            if (excess if relation == ">" else -excess) >= -Real.noise.tolerance:
                 return angle
         raise NoValue
 
@@ -292,17 +308,20 @@ def clear_validity(
     """Return which samples have a value, and which do or do not so clearly.
 
     A sample is clear if the answer stays when every operation errs by a relative and in every other try
-    also by an absolute amount up to `erring`, and inputs are moved by as much of their ranges.
+    also by an absolute amount up to `erring`, and inputs are moved by as much of their ranges.  One without a
+    value that is on a border but for the last of `DIGITS` digits is not: on either side there may be none.
     """
     generator = random.Random(5)
     valid = problem.valid(samples)
     clear = np.ones(valid.size, dtype=bool)
     for index in range(valid.size):
+        here = {name: float(column[index]) for name, column in samples.items()}
+        clear[index] = valid[index] or problem.evaluate(here, Noise(tolerance=1e-25)) is None
         for attempt in range(tries):
             moved = {
-                name: float(column[index])
+                name: at
                 + erring * (problem.ranges[name][1] - problem.ranges[name][0]) * generator.uniform(-1, 1)
-                for name, column in samples.items()
+                for name, at in here.items()
             }
             noise = Noise(erring, erring if attempt % 2 else 0.0, generator)
             if (problem.evaluate(moved, noise) is not None) != valid[index]:
@@ -318,6 +337,19 @@ def is_clear(problem: RandomProblem, samples: Mapping[str, np.ndarray], index: i
     """
     one = {name: column[index : index + 1] for name, column in samples.items()}
     return bool(clear_validity(problem, one, erring, tries=200)[1][0])
+
+
+def spread(problem: RandomProblem, sample: dict[str, float], erring: float) -> dict[str, float] | None:
+    """Return by output how far rounding moves it at a sample, None where that has no value in some try."""
+    made: list[dict[str, float]] = []
+    for attempt in range(8):
+        noise = Noise(erring, erring if attempt % 2 else 0.0)
+        noise.generator.seed(attempt)
+        values = problem.evaluate(sample, noise)
+        if values is None:
+            return None
+        made.append(values)
+    return {name: float(np.ptp([each[name] for each in made])) for name in problem.outputs}
 
 
 def resolution(plan: Plan) -> float:
