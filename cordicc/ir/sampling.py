@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cordicc.base import elementary
 from cordicc.base.arrays import Floats
 
 DEFAULT_SAMPLES = 10_000
@@ -63,8 +64,8 @@ def draw_by_size(workspace: Workspace, count: int) -> dict[str, Floats]:
         below = generator.random(count) < (0.5 if lo < 0 < hi else float(hi <= 0))
         side = np.where(below, abs(lo), abs(hi))
         with np.errstate(divide="ignore", invalid="ignore"):  # of a range that is 0 alone
-            share = np.clip(np.log(np.fmax(side, least) / least), 0.0, None)
-            size = least * np.exp(share * generator.random(count))
+            share = np.clip(elementary.log(np.fmax(side, least) / least), 0.0, None)
+            size = least * elementary.exp(share * generator.random(count))
         found[name] = np.clip(np.nan_to_num(np.where(below, -size, size)), lo, hi)
     return found
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base import elementary
 from cordicc.base.arrays import Bools, Floats
 from cordicc.ir.graph import Graph, Node, Param
 from cordicc.ir.ops import OPS
@@ -109,13 +110,13 @@ def _only(condition: Bools, value: Floats) -> Floats:
 
 def _angle(y: Floats, x: Floats) -> Floats:
     # Adding 0 turns -0 into 0, which the equations do not tell apart.
-    return _only((x != 0) | (y != 0), np.arctan2(y + 0.0, x + 0.0))
+    return _only((x != 0) | (y != 0), elementary.arctan2(y + 0.0, x + 0.0))
 
 
 def _power(a: Floats, exponent: Fraction) -> Floats:
     if exponent.denominator == 1:
-        return np.power(a, nearest_double(exponent))
-    return np.power(np.sqrt(a), nearest_double(Fraction(exponent.numerator)))
+        return elementary.power(a, nearest_double(exponent))
+    return elementary.power(np.sqrt(a), nearest_double(Fraction(exponent.numerator)))
 
 
 def _guard(a: Floats, s: Floats, condition: str) -> Floats:
@@ -141,7 +142,7 @@ def _implicit(A: Floats, B: Floats, C: Floats, m: int, branch: str) -> Results:
     """
     rest = np.sqrt(A * A + m * (B * B - C * C))
     if m == 1:
-        offset = np.arctan2(rest, C)
+        offset = elementary.arctan2(rest, C)
         return _angle(A, B) + (offset if branch == "+" else -offset), rest
     p, q = (B + A) / 2, (B - A) / 2
     p, q = np.where(C < 0, -p, p), np.where(C < 0, -q, q)
@@ -149,20 +150,20 @@ def _implicit(A: Floats, B: Floats, C: Floats, m: int, branch: str) -> Results:
     both = (p > 0) & (q > 0)
     first = (p > 0) & ~(both & (branch == "-"))
     exponential = np.where(first, total / p, _only(q > 0, q / total))
-    return _only(~both | (branch != "none"), np.log(exponential)), rest
+    return _only(~both | (branch != "none"), elementary.log(exponential)), rest
 
 
 def _rotate(x: Floats, y: Floats, z: Floats, m: int) -> Results:
     if m == 0:
         return x, y + x * z
-    c, s = (np.cos(z), np.sin(z)) if m == 1 else (np.cosh(z), np.sinh(z))
+    c, s = (elementary.cos(z), elementary.sin(z)) if m == 1 else (elementary.cosh(z), elementary.sinh(z))
     return x * c - m * y * s, y * c + x * s
 
 
 def _vector(x: Floats, y: Floats, z: Floats, m: int, sign: int) -> Results:
     if m == 0:
         return x, z + sign * (y / x)
-    angle = _angle(y, x) if m == 1 else np.arctanh(y / x)
+    angle = _angle(y, x) if m == 1 else elementary.arctanh(y / x)
     return np.sqrt(x * x + m * y * y), z + sign * angle
 
 
@@ -186,26 +187,26 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "pow": _power,
     "sqrt": np.sqrt,
     "hypot": np.hypot,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
+    "sin": elementary.sin,
+    "cos": elementary.cos,
+    "tan": elementary.tan,
+    "asin": elementary.arcsin,
+    "acos": elementary.arccos,
+    "atan": elementary.arctan,
     "atan2": _angle,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "asinh": np.arcsinh,
-    "acosh": np.arccosh,
-    "atanh": np.arctanh,
-    "exp": np.exp,
-    "log": np.log,
+    "sinh": elementary.sinh,
+    "cosh": elementary.cosh,
+    "tanh": elementary.tanh,
+    "asinh": elementary.arcsinh,
+    "acosh": elementary.arccosh,
+    "atanh": elementary.arctanh,
+    "exp": elementary.exp,
+    "log": elementary.log,
     "solve": lambda A, B, C, m, branch: _implicit(A, B, C, m, branch)[0],
     "solve_pair": _solve_pair,
     "rotate": _rotate,
     "vector": _vector,
-    "lightcone": lambda u, v: (np.sqrt(u * v), np.log(u / v) / 2),
+    "lightcone": lambda u, v: (np.sqrt(u * v), elementary.log(u / v) / 2),
     "implicit": _implicit,
 }
 """Functions of the operands in their order and of the parameters by name."""

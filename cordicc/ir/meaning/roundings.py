@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from cordicc.arith.numbers.decimals import double_shift, nearest_double
+from cordicc.base import elementary
 from cordicc.base.arrays import Floats
 from cordicc.ir.graph import Node, Param
 from cordicc.ir.ops import OPS
@@ -123,7 +124,7 @@ def _rotate(v: _Arrays, e: _Arrays, made: _Arrays, m: int) -> Errors:
     x, y, z = v
     if m == 0:
         return e[0], e[1] + np.abs(z) * e[0] + np.abs(x) * e[2]
-    c, s = (np.cos(z), np.sin(z)) if m == 1 else (np.cosh(z), np.sinh(z))
+    c, s = (elementary.cos(z), elementary.sin(z)) if m == 1 else (elementary.cosh(z), elementary.sinh(z))
     c, s = np.abs(c), np.abs(s)
     size = np.hypot(x, y) * (c + s)
     return (
@@ -148,7 +149,11 @@ def _lightcone(v: _Arrays, e: _Arrays, made: _Arrays) -> Errors:
 def _implicit(v: _Arrays, e: _Arrays, made: _Arrays, m: int, branch: str) -> Errors:
     A, B, C = (np.abs(a) for a in v)
     angle, rest = made
-    c, s = (np.cos(angle), np.sin(angle)) if m == 1 else (np.cosh(angle), np.sinh(angle))
+    c, s = (
+        (elementary.cos(angle), elementary.sin(angle))
+        if m == 1
+        else (elementary.cosh(angle), elementary.sinh(angle))
+    )
     steep = np.abs(rest)
     own = np.hypot(A, B)
     residual = np.abs(s) * e[0] + np.abs(c) * e[1] + e[2] + own
