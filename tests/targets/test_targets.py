@@ -15,7 +15,8 @@ def test_shipped_targets_load(name):
     target = load_target(name)
     assert target.name == name, f"{name}.yaml is of a target with another name"
     for unit in target.units.values():
-        assert sum(unit.stages.values()) == unit.latency
+        # On a chip latencies follow from circuits, which have no parts.
+        assert unit.latency == sum(unit.stages.values()) or (target.device is not None and not unit.stages)
         assert unit.initiation_interval == 1
     assert set(target.machine().caus) == set(target.units) & {"standard", "implicit"}
     assert PlanTarget.of(target).arithmetic.spec == target.arithmetic

@@ -15,13 +15,13 @@ _SHIFT_REGISTER = 3
 """Registers in a row, at the least, of which tools make a shift register where the chip has some."""
 
 LUT_KINDS = (
-    "add", "addsub", "negif", "round", "less", "equal", "mux", "pick", "barrel", "logic", "tile", "array",
+    "add", "addsub", "negif", "round", "less", "equal", "mux", "pick", "logic", "tile", "array",
     "delay",
 )  # fmt: skip
 """Kinds that look-up tables are for.
 
 Bits of sums, of sums whose sign is chosen, of negations, of roundings; of comparisons; of choices; of tables,
-as LUTs; of shifts by a variable count, times its bits; of logic; 36 bits for each multiplier block whose
+as LUTs; of logic; 36 bits for each multiplier block whose
 product is added to that of another; bits of the partial products of a multiplication without such blocks;
 bits of shift registers, as LUTs.
 """
@@ -72,8 +72,6 @@ def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple
         yield "mux", cell.width
     elif kind == "pick":
         yield "pick", cell.width << max(0, operands[0].width - device.lut_inputs)
-    elif kind in ("shlv", "shrv"):
-        yield "barrel", cell.width * operands[1].width
     elif kind in _LOGIC:
         yield "logic", cell.width
     elif kind == "mul":

@@ -61,7 +61,7 @@ class Costs:
         if caus:
             kind = "implicit" if op == "implicit" and self.implicit else "standard"
             return caus * self.latency[kind]
-        return self.latency[_KINDS[op]] if op in _KINDS else 0
+        return self.latency[_KINDS.get(op, "sign")] if op not in ("input", "const") else 0
 
     def size(self, op: str, caus: int) -> int:
         """Return the area of an operation of so many CAUs."""
