@@ -21,7 +21,7 @@ from cordicc.base.arrays import Floats
 from cordicc.emulate.ports import PortFormats
 from cordicc.ir.graph import Graph, Value
 from cordicc.ir.meaning.intervals import Interval
-from cordicc.ir.ops import Level
+from cordicc.ir.ops import Level, angle_result
 from cordicc.ir.ranges.contraction import contracted
 from cordicc.ir.ranges.forward import value_ranges
 from cordicc.plan.model import Operand, Operation, Plan
@@ -40,7 +40,7 @@ class Step:
     """An operation: names of operands and of results (None: nobody takes it), formats, the unit.
 
     factor: the exact factor of a `cmul` and the error of its word.
-    turns: by result, whether it is taken only where a whole turn makes no difference.
+    turns: by result, whether it may be enclosed a turn off, which makes no difference where it is taken.
     exact: the first result needs no rounding, if it is of integers or an operand passed on.
     spacing: the last place of the first operand.
     sizes: the largest magnitudes of results with `turns`, which may be enclosed a turn off; 0 for others.
@@ -119,7 +119,7 @@ def network(plan: Plan) -> ErrorNetwork:
     ranges = {item.name: Interval(item.lo, item.hi) for item in plan.problem.inputs}
     enclosures = contracted(graph, value_ranges(graph, ranges))
     angles = plan.problem.angles
-    whole_turns = _whole_turns(graph, angles)
+    whole_turns = _whole_turns(graph, angles) & _turned(graph)
     proven: dict[str, Interval] = {}
     steps = []
     for number, index in enumerate(made, 1):
@@ -223,6 +223,21 @@ def _whole_turns(graph: Graph, angles: Mapping[str, bool]) -> set[Value]:
                 case _:
                     take(value, False)
     return {value for value, free in taken.items() if free}
+
+
+def _turned(graph: Graph) -> set[Value]:
+    """Return the values that may be enclosed a turn off: angles of vectors, and what is made of them."""
+    found: set[Value] = set()
+    for index, node in enumerate(graph.nodes):
+        result = node.definition.angle or 0
+        circular = angle_result(node.op, node.definition.named(node.params)) is not None or node.op == "wrap"
+        if circular or (node.op in _OF_ANGLES and not found.isdisjoint(node.operands)):
+            found.add(Value(index, result))
+    return found
+
+
+_OF_ANGLES = ("add", "sub", "neg", "cmul", "shift", "guard", "select", "vector")
+"""Operations that make an angle of one."""
 
 
 def rounding(format_: NumberFormat, magnitude: Floats, beside_pi: Any = False) -> Floats:

@@ -63,3 +63,17 @@ def test_an_angle_that_is_always_a_turn_off_has_a_bound(target: str, tmp_path: P
     points = sampling.draw(plan.problem.workspace, 2_000, 3)
     values, _ = exact(plan.problem, points)
     assert np.abs(functional.run(plan, plan.arithmetic, points)["w"] - values["w"]).max() <= bound.value
+
+
+@pytest.mark.parametrize("target", quick(["kinematic", "imscor24"], "kinematic"))
+def test_a_quotient_as_an_angle_is_rounded_as_it_is(target: str, tmp_path: Path) -> None:
+    """Its numerator and denominator are enclosed one by one, and a turn more or less is no matter."""
+    path = tmp_path / "quotient.yaml"
+    path.write_text("inputs: {x: [-6, 6]}\nequations: ['w = cos(sinh(x)/cosh(x))']\n", encoding="utf-8")
+    plan = planned(path, target=target, effort=0.1)
+    bound = bounds_of(plan)["w"]
+    assert bound.value is not None, bound.reason
+    assert bound.value < 2e-6
+    points = sampling.draw(plan.problem.workspace, 2_000, 3)
+    values, _ = exact(plan.problem, points)
+    assert np.abs(functional.run(plan, plan.arithmetic, points)["w"] - values["w"]).max() <= bound.value
