@@ -77,7 +77,8 @@ class Clocking:
                 return self._tables(max(operands[0].width, 4))
             case "mul":
                 return self._product(*(each.width for each in operands))
-        return self.delays.table_ns
+        # Gates of single bits are taken together: of two in a row about one has a table of its own.
+        return self.delays.table_ns * (0.6 if lo >= 0 and hi <= 1 else 1.0)
 
     def _chain(self, bits: int) -> float:
         return self.delays.chain_ns + self.delays.carry_ns * bits

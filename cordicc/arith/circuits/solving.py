@@ -150,9 +150,9 @@ class _End:
         return b.narrowed(b.bitwise("xor", height, -self._down), -height.hi - 1, height.hi)
 
     def near(self, number: int, x: CircuitSignal) -> CircuitSignal:
-        """Return whether x is positive and within the width."""
+        """Return whether an x that is not negative is positive and within the width."""
         width = self._before(self._state.width, number)
-        return ~self._b.negative(x) & ~x.equals(0) & (x <= width) & self._state.may_end
+        return (~x.equals(0) & self._state.may_end) & (x <= width)
 
     def largest_gap(self, table: StepTable, number: int, unit: Cau) -> int:
         """Return the largest |T - y|, biased or not, before a circular step where there is a solution.
