@@ -91,13 +91,13 @@ def with_borders(plan: Plan) -> Plan:
             assert operation.id == step.id
             if has_border(step.op, step.params):
                 valid = ~alone.empty(net.before(step))
-                near, far = _distance(step, alone, valid), _distance(step, steady, np.array([True]))
+                near, far = _distance(net, step, alone, valid), _distance(net, step, steady, np.array([True]))
                 border = _Border(step, near, far)
                 slack = EXACT if _monotone(step, rounded) else border.slack(scaled=not fixed_point)
                 operation = replace(operation, slack=slack)
                 if step.op == "implicit":
                     boxes = [whole.operand(operand)[0] for operand in step.operands]
-                    border = replace(border, whole=_distance(step, whole, np.array([True])))
+                    border = replace(border, whole=_distance(net, step, whole, np.array([True])))
                     operation = replace(operation, end_error=border.end_error(slack, boxes))
             operations.append(operation)
     return replace(plan, operations=tuple(operations))
@@ -124,15 +124,17 @@ class _Distance:
     least: Floats
 
 
-def _distance(step: Step, made: Forward, valid: Bools) -> _Distance:
+def _distance(net: ErrorNetwork, step: Step, made: Forward, valid: Bools) -> _Distance:
     """Measure an operation's operands against its border; unbounded where that has no bound."""
     boxes, moved = zip(*(made.operand(operand) for operand in step.operands), strict=True)
     if step.op == "guard":
         return _Distance(moved[1], boxes[1].lo, boxes[1].magnitude, valid, boxes[1].lo)
     if step.op == "lightcone":
-        u, v = boxes
-        low, size = np.minimum(u.mignitude, v.mignitude), np.maximum(u.magnitude, v.magnitude)
-        return _Distance(np.maximum(*moved), low, size, valid, low)
+        # The smaller one is at the border, whatever the error of one that is positive anyway.
+        at = [port for port, operand in enumerate(step.operands) if not _is_positive(net, operand)] or [0, 1]
+        low = np.min([boxes[port].mignitude for port in at], axis=0)
+        carried = np.max([np.where(boxes[port].mignitude == low, moved[port], 0.0) for port in at], axis=0)
+        return _Distance(carried, low, np.maximum(*(box.magnitude for box in boxes)), valid, low)
     if step.op == "vector":
         x, y = boxes[0].absolute(), boxes[1].absolute()
         return _Distance(moved[0] + moved[1], x.lo - y.hi, x.magnitude, valid, x.lo)
@@ -148,6 +150,13 @@ def _distance(step: Step, made: Forward, valid: Bools) -> _Distance:
         shift = np.where(norm.hi > 0, shift, 0.0)
         margin = np.where(norm.hi > 0, C.mignitude - norm.hi, np.inf)
     return _Distance(moved[2] + shift, margin, np.maximum(norm.hi, C.magnitude), valid, norm.lo)
+
+
+def _is_positive(net: ErrorNetwork, operand: str | Constant) -> bool:
+    """Tell whether what an operand stands for is proven to be positive."""
+    if isinstance(operand, Constant):
+        return operand.interval.lo > 0
+    return operand in net.proven and net.proven[operand].lo > 0
 
 
 class _Needed(NamedTuple):

@@ -226,3 +226,9 @@ def test_errors_as_large_as_anything_say_nothing_of_a_border(name: str, tmp_path
     assert found["valid"].tolist() == [value is not None for value in values]
     for value, made in zip(values, found["w"], strict=True):
         assert value is None or abs(made - value) < 1e-5
+
+
+def test_the_error_of_a_positive_factor_widens_no_border(tmp_path: Path) -> None:
+    text = "inputs: {x: [-2, 3]}\nequations: ['w = sqrt(cosh(log(x**2))*x)']\n"
+    plan = planned(written(tmp_path, text), target="fixed24", effort=0.1)
+    assert all(slack.beyond < 1e-5 for slack in slacks(plan))

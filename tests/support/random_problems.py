@@ -58,6 +58,10 @@ _DISGUISED = (
 _CONDITIONS = ("{t} > 0", "{t} < 0", "cos({t}) > 0", "sin({t}) < 0")
 
 
+_LARGEST_ERROR = 2.0**-6
+"""Beyond, evaluations with such errors have hardly a value anywhere."""
+
+
 class NoValue(Exception):
     """An expression leaves its domain."""
 
@@ -67,7 +71,7 @@ class Noise:
     """What rounding an evaluation suffers: relative and absolute sizes, from a seeded generator.
 
     Without any an evaluation has `DIGITS` digits, else it is in doubles.  `tolerance` is what may be beyond a
-    border and counts as on it.
+    border and counts as on it, and what no quotient is taken by.
     """
 
     relative: float = 0.0
@@ -134,7 +138,9 @@ class Real:
 
     def __pow__(self, exponent: Any) -> Real:
         power = _number(exponent)
-        if (self.value == 0 and power < 0) or (self.value < 0 and power != int(power)):
+        if (abs(self.value) <= Real.noise.tolerance and power < 0) or (
+            self.value < 0 and power != int(power)
+        ):
             raise NoValue
         return self._made(self.value**power)
 
@@ -144,7 +150,7 @@ def _number(value: Any) -> Any:
 
 
 def _quotient(a: Any, b: Any) -> Any:
-    if b == 0:
+    if abs(b) <= Real.noise.tolerance:
         raise NoValue
     return a / b
 
@@ -308,15 +314,17 @@ def clear_validity(
     """Return which samples have a value, and which do or do not so clearly.
 
     A sample is clear if the answer stays when every operation errs by a relative and in every other try
-    also by an absolute amount up to `erring`, and inputs are moved by as much of their ranges.  One without a
-    value that is on a border but for the last of `DIGITS` digits is not: on either side there may be none.
+    also by an absolute amount up to `erring`, and inputs are moved by as much of their ranges.  One that
+    is on a border or at a pole but for the last of `DIGITS` digits is not: on either side there may be none.
+    Nor is any where words are so coarse that such errors tell nothing.
     """
     generator = random.Random(5)
     valid = problem.valid(samples)
     clear = np.ones(valid.size, dtype=bool)
     for index in range(valid.size):
         here = {name: float(column[index]) for name, column in samples.items()}
-        clear[index] = valid[index] or problem.evaluate(here, Noise(tolerance=1e-25)) is None
+        tolerant = problem.evaluate(here, Noise(tolerance=1e-25))
+        clear[index] = erring <= _LARGEST_ERROR and valid[index] == (tolerant is not None)
         for attempt in range(tries):
             moved = {
                 name: at

@@ -81,8 +81,8 @@ def wrapped(angle: Floats) -> Floats:
     """Return an angle in radians modulo 2 pi, in [-pi, pi] as float64.
 
     The number nearest to pi, which is beyond it, is pi: it is twice the number nearest to pi/2, say.  Others
-    are exact but for 2^-59 rad up to 2^24 rad (2 pi in two parts, the product with the first exact), and
-    for 2^-51 rad beyond (phase modulo 2^64).
+    are exact but for 2^-59 rad up to 2^24 rad (2 pi in two parts, the product with the first exact), and for
+    2^-51 rad beyond (phase modulo 2^64).
     """
     with np.errstate(invalid="ignore"):
         turns = np.rint(angle / math.tau)

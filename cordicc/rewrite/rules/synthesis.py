@@ -89,7 +89,8 @@ class Synthesis:
                 if power:
                     term = term * np.abs(self._store.numbers(self._generator(index))) ** int(power)
             total = total + term
-        return float(np.nanmean(total))
+        with np.errstate(over="ignore"):  # of the largest doubles
+            return float(np.nanmean(total))
 
     def _known(self, poly: Poly) -> Value | None:
         found = self._store.affine(poly)
