@@ -166,12 +166,23 @@ def _at_most_one(x: Any, tolerance: float) -> Any:
 _BORDERS = {"sqrt": _at_least(0), "acosh": _at_least(1), "acos": _at_most_one, "asin": _at_most_one}
 """What to take for an operand beside the border of a domain."""
 
+_POLES: dict[str, Any] = {
+    "tan": lambda x: abs(mp.cos(x)),
+    "log": lambda x: x,
+    "atanh": lambda x: 1 - abs(x),
+    "atan2": lambda y, x: max(abs(y), abs(x)),
+}
+"""How far operands are from what the function has no value at."""
+
 
 def _function(name: str) -> Any:
     def apply(*operands: Any) -> Real:
         a = [_number(each) for each in operands]
-        if Real.noise.tolerance and name in _BORDERS:
-            a = [_BORDERS[name](a[0], Real.noise.tolerance)]
+        tolerance = Real.noise.tolerance
+        if tolerance and name in _BORDERS:
+            a = [_BORDERS[name](a[0], tolerance)]
+        if tolerance and name in _POLES and _POLES[name](*a) <= tolerance:
+            raise NoValue
         outside: Any = {
             "sqrt": lambda x: x < 0,
             "acos": lambda x: abs(x) > 1,
