@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from cordicc.arith.kernels.blocks import ZERO_EXPONENT
+from cordicc.arith.unit.arithmetic import least_exponent
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import lightcone_bound, rotation_bound, vectoring_bound
 from cordicc.emulate.ports import PortFormats, constant_signal, prepare
@@ -31,20 +33,21 @@ def exact(operation, operands):
     return [results[f"r{k}"] for k in range(len(operation.results))]
 
 
-def place(unit, *operands):
-    """The value of the last place of the block of some operands."""
+def place(unit, *operands, least=ZERO_EXPONENT):
+    """The value of the last place of the block of some operands, of no less than the least exponent."""
     largest = np.max(np.abs(np.stack(operands)), axis=0)
-    return np.ldexp(1.0, np.frexp(largest)[1] - unit.fraction_bits)
+    exponent = np.maximum(np.frexp(largest)[1], least + unit.operand_bits)
+    return np.ldexp(1.0, exponent - unit.fraction_bits)
 
 
-def allowed(unit, operation, operands, results, quarters):
+def allowed(unit, operation, operands, results, quarters, least):
     """The proven bound of each result before its rounding; of an implicit angle, of the residual."""
     m = operation.params.get("m")
     x, y = operands[:2]
     if operation.op == "rotate":
         bound = rotation_bound(unit, m, quarters)
         if m == 1:
-            return [bound.error(np.hypot(x, y), place(unit, x, y))] * 2
+            return [bound.error(np.hypot(x, y), place(unit, x, y, least=least))] * 2
         if m == 0:
             product = np.abs(x * operands[2])
             return [np.zeros_like(x), bound.error(product, place(unit, x)) + SLACK * np.abs(y)]
@@ -70,12 +73,12 @@ def residual(m, operands, angle):
     return np.abs(B * cosine + A * sine - C).astype(float), slope.astype(float)
 
 
-def check(operation, unit, operands, words, formats, quarters):
+def check(operation, unit, operands, words, formats, quarters, least):
     valid = np.logical_and.reduce([~np.isnan(column) for column in (*operands, *words)])
     operands = [column[valid] for column in operands]
     words = [column[valid] for column in words]
     results = exact(operation, operands)
-    bounds = allowed(unit, operation, operands, results, quarters)
+    bounds = allowed(unit, operation, operands, results, quarters, least)
     for port, (got, want, bound, format_) in enumerate(zip(words, results, bounds, formats, strict=True)):
         if format_ is None or not got.size:
             continue
@@ -115,4 +118,7 @@ def test_every_unit_is_within_its_bound(name: str, effort: float) -> None:
             turned = (operation.op, operation.m) == ("rotate", 1)
             quarters = arithmetic.quarters(operation.kind, operands[2].format) if turned else None
             values = [s.values for s in operands]
-            check(operation, arithmetic.caus[operation.kind], values, words, wanted, quarters)
+            unit = arithmetic.caus[operation.kind]
+            ends = [operand.format for operand in operands[:2]]
+            least = least_exponent(*ends, unit.operand_bits) if turned else ZERO_EXPONENT
+            check(operation, unit, values, words, wanted, quarters, least)

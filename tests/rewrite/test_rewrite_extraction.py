@@ -16,7 +16,7 @@ from cordicc.rewrite.search.options import Alternatives, Option
 from tests.support.selection import quick
 
 COSTS = Costs(
-    latency={"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 2, "shift": 0},
+    latency={"standard": 44, "implicit": 48, "mul": 4, "cmul": 4, "add": 2, "shift": 0, "sign": 0},
     area={"standard": 300, "implicit": 400, "mul": 90, "cmul": 60, "add": 10, "shift": 0, "sign": 1},
 )
 
