@@ -38,4 +38,23 @@ arccosh = _steady(np.arccosh)
 arctanh = _steady(np.arctanh)
 exp = _steady(np.exp)
 log = _steady(np.log)
-power = _steady(np.power)
+_power = _steady(np.power)
+
+_LARGEST_MULTIPLIED = 1 << 10
+"""The largest size of an exponent whose power is found by products, which are far quicker."""
+
+
+def power(base: Any, exponent: float) -> Floats:
+    """Return base^exponent; of an integer by squares and products."""
+    count = abs(int(exponent)) if abs(exponent) <= _LARGEST_MULTIPLIED else -1
+    if count != abs(exponent):
+        return _power(base, exponent)
+    with np.errstate(over="ignore", under="ignore", divide="ignore"):
+        square = np.asarray(base, np.longdouble)
+        found = np.ones_like(square)
+        while count:
+            if count & 1:
+                found = found * square
+            count >>= 1
+            square = square * square if count else square
+        return np.asarray(1 / found if exponent < 0 else found, np.float64)
