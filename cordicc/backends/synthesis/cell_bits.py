@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from cordicc.arith.circuits.circuit import Circuit, Gate
+from cordicc.backends.synthesis.live_bits import register_bits
 from cordicc.targets.device import Device
 
 _ADDERS = {"add": "add", "addc": "add", "sub": "add", "addsub": "addsub", "negif": "negif", "round": "round"}
@@ -101,6 +102,7 @@ def _rows(circuit: Circuit) -> Iterator[tuple[int, int]]:
     readers = Counter(each for cell in circuit.cells for each in cell.operands)
     readers.update(port.cell for port in circuit.outputs)
     registers = [number for number, cell in enumerate(circuit.cells) if cell.kind == "register"]
+    bits = register_bits(circuit)
     follows = {circuit.cells[number].operands[0]: number for number in registers}
     for number in registers:
         before = circuit.cells[number].operands[0]
@@ -109,4 +111,4 @@ def _rows(circuit: Circuit) -> Iterator[tuple[int, int]]:
         length, last = 1, number
         while last in follows and readers[last] == 1:
             length, last = length + 1, follows[last]
-        yield circuit.cells[number].width, length
+        yield bits[last], length
