@@ -18,6 +18,7 @@ from cordicc.arith.kernels.reduction import (
     quarter_turns,
 )
 from cordicc.arith.kernels.shift_sequences import pi_fixed
+from cordicc.arith.unit.arithmetic import least_exponent
 from cordicc.arith.unit.cau import Cau
 
 Words = tuple[Word, ...]
@@ -30,7 +31,8 @@ def rotation(
     x, y, z = words
     quadrant, angle = _reduced(b, modes, z, unit)
     # Results err by places of the largest words, however short the vector is: no number is normalised.
-    exponent = modes.pick(_largest_exponent)
+    bits = unit.operand_bits
+    exponent = modes.pick(lambda use: least_exponent(use.operands[0], use.operands[1], bits) + bits)
     within = -(1 << unit.fraction_bits), 1 << unit.fraction_bits
     p, q = (
         shifted(b, each.bits, exponent + each.fraction - unit.fraction_bits, each.bits.width + 1, within)
@@ -79,11 +81,6 @@ def vectoring(
         return norm, angle
 
     return start, finish
-
-
-def _largest_exponent(use: Use) -> int:
-    """Return the exponent above the largest words of a vector, of another function than rotation any."""
-    return max(each.width_bits - 1 - each.fraction_bits for each in use.operands[:2])
 
 
 def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[CircuitSignal, CircuitSignal]:

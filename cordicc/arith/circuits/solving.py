@@ -111,11 +111,8 @@ def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Ca
             # What does not depend on the direction comes first, beside the comparison.
             x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
             y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
-            grown = (
-                goal
-                if end.bias(number + 1).number == end.bias(number).number
-                else target + end.bias(number + 1)
-            )
+            bias, following = end.bias(number), end.bias(number + 1)
+            grown = goal if following.number == bias.number else target + following
             goal = b.named("goal", b.narrowed(grown + chosen.target, -2 * largest, 2 * largest))
             target = b.named("target", b.narrowed(target + chosen.target, -largest, largest))
             z = b.named("z", residual.after(z, chosen.angle, up))
