@@ -99,7 +99,7 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None, *, weighed: b
         made["stages"] = {
             part: cau.iterations if cycles == AUTO else cycles
             for part, stated in stages.items()
-            if (cycles := _cycles(stated, names, needed)) is not None
+            for cycles in _cycles(stated, names, needed)
         }
     if unit.get("latency") == AUTO and stages and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
@@ -117,13 +117,13 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None, *, weighed: b
     return made
 
 
-def _cycles(stated: Any, known: Sequence[str], needed: Sequence[str]) -> Any:
-    """Return the cycles of a part, None if only functions go through it that are not needed."""
+def _cycles(stated: Any, known: Sequence[str], needed: Sequence[str]) -> list[Any]:
+    """Return the cycles of a part in a list, which is empty if only functions not needed go through it."""
     if isinstance(stated, dict) and set(stated) == {"cycles", "functions"}:
         through = stated["functions"]
         if isinstance(through, list) and through and all(name in known for name in through):
-            return stated["cycles"] if any(name in needed for name in through) else None
-    return stated
+            return [stated["cycles"]] if any(name in needed for name in through) else []
+    return [stated]
 
 
 def _needed(names: Sequence[str], used: Set[str] | None) -> list[str]:
@@ -145,8 +145,8 @@ def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None) -> D
     names = [str(function) for function in functions]
     if not all(name in FUNCTIONS_OF_KIND.get(kind, ()) for name in names):
         return unit
-    units = {kind: unit["arithmetic"]} if kind in CAU_KINDS else {}
     try:
+        units = {kind: unit["arithmetic"]} if kind in CAU_KINDS else {}
         cycles = _clocked(
             json.dumps({"format": data["format"], "units": units}),
             kind,

@@ -288,7 +288,7 @@ def test_every_target_is_accepted(name: str) -> None:
     assert findings("target", target_data(name)) == []
 
 
-TARGET_PLACES = [(name, at) for name in ("kinematic", "fixed24") for at in places(target_data(name))]
+TARGET_PLACES = [(name, at) for name in ("kinematic", "fixed24", "ecp5") for at in places(target_data(name))]
 TARGET_VALUES = (
     ...,
     None,
@@ -348,6 +348,7 @@ def test_what_the_target_schema_refuses_the_loader_refuses(
         ("kinematic", ("units", "standard", "arithmetic", "exponent_bits"), 8),
         ("kinematic", ("units", "implicit", "arithmetic", "rule"), ...),
         ("kinematic", ("units", "implicit", "arithmetic", "rule"), "magic"),
+        ("kinematic", ("units", "implicit", "arithmetic", "rule"), None),
         ("kinematic", ("format", "kind"), "posit"),
         ("kinematic", ("format", "width"), 24),
         ("fixed24", ("format", "width"), ...),
@@ -355,6 +356,8 @@ def test_what_the_target_schema_refuses_the_loader_refuses(
         ("fixed24", ("format", "rounding"), "up"),
         ("fixed24", ("format", "guard"), "some"),
         ("fixed24", ("units", "implicit", "arithmetic"), "auto"),
+        ("fixed24", ("units", "standard", "stages", "normalise"), None),
+        ("fixed24", ("units", "standard", "stages", "reduce", "cycles"), None),
     ],
 )
 def test_target_loader_and_schema_refuse(name: str, at: tuple[str, ...], value: Any, tmp_path: Path) -> None:

@@ -157,7 +157,7 @@ def _cau(kind: str, spec: Any, operand_bits: int) -> Cau:
     if "angle_bits" in spec:
         angle = _integer(spec, where, "angle_bits", range(operand_bits, _MOST_ANGLE_BITS + 1))
     rule = spec.get("rule")
-    if rule is not None and rule not in RULES:
+    if "rule" in spec and rule not in RULES:
         raise ValueError(f"{where}.rule must be one of {', '.join(RULES)}")
     return Cau(mantissa - INTEGER_BITS, iterations, rule, operand_bits, angle)
 
