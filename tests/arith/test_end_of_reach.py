@@ -119,7 +119,7 @@ def test_the_least_of_a_hyperbola(rule):
 def test_a_slack_makes_the_end_of_what_is_beyond_and_no_more(rule):
     unit = Cau(29, 30, rule, 24, 32)
     slack = Slack(2.0**-12, 2.0**-13)
-    offsets = np.array([-(2.0**-11), -(2.0**-13), 2.0**-13, 2.0**-12, 2.0**-11])
+    offsets = np.array([-(2.0**-9), -(2.0**-13), 2.0**-13, 2.0**-12, 2.0**-11])
     for A, B in ((0.0, 5.0), (3.0, 4.0)):
         for m, branch in itertools.product((1, -1), "+-"):
             norm = 5.0 if m == 1 else math.sqrt(B * B - A * A)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.limits import clipped
-from cordicc.arith.circuits.near_end import NearColumns
+from cordicc.arith.circuits.near_end import Limit, NearColumns
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
 from cordicc.arith.kernels.shift_sequences import pi_fixed
@@ -15,19 +15,25 @@ from cordicc.arith.unit.cau import Cau, implicit_table
 
 
 class Start(NamedTuple):
-    """What the iterations begin with: the vector, the target, the angle, and thresholds of the end of reach.
+    """What the iterations begin with: the vector, the target and the angle.
 
-    `may_end` tells whether they apply; `short` is how far y may end from a target that it reaches.
+    `may_end` tells whether there is an end of reach to turn to.
     """
 
     x: CircuitSignal
     y: CircuitSignal
     target: CircuitSignal
     z: CircuitSignal
-    height: CircuitSignal
-    width: CircuitSignal
     may_end: CircuitSignal
-    short: CircuitSignal
+
+
+class Last(NamedTuple):
+    """What the iterations end with: `gap` is the target less y, anything where y is `lost` from it."""
+
+    x: CircuitSignal
+    gap: CircuitSignal
+    z: CircuitSignal
+    lost: CircuitSignal
 
 
 class Solved(NamedTuple):
@@ -39,11 +45,21 @@ class Solved(NamedTuple):
     possible: CircuitSignal
 
 
-Begun = tuple[Start, Callable[[Start], Solved]]
+class Begun(NamedTuple):
+    """What the iterations begin with, and what makes results of their end.
+
+    `height` and `width` are the thresholds of the end of reach; `largest_gap` that of what is solved.
+    """
+
+    start: Start
+    height: Limit
+    width: Limit
+    largest_gap: int
+    finish: Callable[[Last], Solved]
 
 
 def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
-    """Return what the iterations begin with, and what makes results of their end, as in `unit.implicit`."""
+    """Return what stands around the iterations, as in `unit.implicit`."""
     A, B = words[0].bits, words[1].bits
     plus = modes.which(lambda use: use.branch == "+")
     tables = {n: implicit_table(unit, 1, use.slack) for n, use in enumerate(modes.uses) if use.m == 1}
@@ -57,35 +73,34 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
     near = NearColumns.of(modes, {n: table.reach for n, table in tables.items()}, place)
     x, y, target = joined.mantissas
-    # The start is turned to x >= 0; branch "+" is the mirror image.
+    # The start is turned to x >= 0, branch "+" is the mirror image; so is a target below 0.
+    down = b.named("down", b.negative(target))
     x = b.narrowed(b.negif(x, negated ^ plus), 0, x.hi)
-    y = b.negif(y, negated)
-    z = b.mux(negated, 0, -half_turn)
-    size = b.size(target)
-    excess = size - x - b.size(y)
+    opposite = b.negative(y) ^ negated ^ down
+    y = b.negif(y, negated ^ down)
+    target = b.size(target)
+    excess = target - x - b.size(y)
     at_end = b.named("at_end", alone & (excess <= near.slack) & (-excess <= near.within))
     beyond = excess > near.slack
-    across = b.mux(no_a, quarter, b.mux(b.negative(y) ^ b.negative(target), 0, half_turn))
-    # Of a target that is not negative the sign is +1, of 0 too.
-    end = z + b.negif(across, b.negative(target))
-    width = near.width(size, unit.fraction_bits)
+    height, width = near.limits(target, unit.fraction_bits)
+    z = b.of(0)
     if next(iter(tables.values())).quarter_turns:
-        up = b.negative(y) & ~b.negative(target)
-        back = ~b.negative(y) & b.negative(target)
-        flat = b.mux(back, b.mux(up, x, -y), y)
-        y = b.mux(back, b.mux(up, y, x), -x)
-        x = b.narrowed(flat, 0, flat.hi)
-        z = b.mux(back, b.mux(up, z, z + quarter), z - quarter)
-    start = Start(x, y, target, z, near.column("height"), width, ~alone, near.short)
+        x, y = b.mux(opposite, x, -y), b.mux(opposite, y, x)
+        x, z = b.narrowed(x, 0, x.hi), b.mux(opposite, 0, quarter)
+    start = Start(x, y, target, z, ~alone)
 
-    def finish(last: Start) -> Solved:
-        unreached = b.size(last.target) - b.size(last.y) > near.short
-        possible = b.named("solved", ~b.mux(alone, unreached, beyond) & ~none)
-        angle = b.mux(at_end, last.z, end)
-        angle = clipped(
-            b, angle, b.mux(one_sign, -2 * half_turn, -half_turn), b.mux(one_sign, 2 * half_turn, 0)
-        )
+    def finish(last: Last) -> Solved:
+        solved = (last.gap <= near.short) & ~last.lost
+        possible = b.named("solved", ~b.mux(alone, ~solved, beyond) & ~none)
+        # Flags wait, not the angles that they stand for.
+        kept = b.together((last.z, negated, no_a, opposite, one_sign), 0.0)
+        turned, negated_, no_a_, opposite_, one_sign_ = kept
+        end = b.mux(no_a_, quarter, b.mux(opposite_, 0, half_turn))
+        first = b.mux(negated_, 0, -half_turn)
+        angle = b.addsub(first, b.mux(at_end, turned, end), down)
+        least, most = b.mux(one_sign_, -2 * half_turn, -half_turn), b.mux(one_sign_, 2 * half_turn, 0)
+        angle = clipped(b, angle, least, most)
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
         return Solved(b.negif(angle, plus), rest, place, possible)
 
-    return start, finish
+    return Begun(start, height, width, near.short.hi, finish)

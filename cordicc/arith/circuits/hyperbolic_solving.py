@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.circular_solving import Begun, Solved, Start
+from cordicc.arith.circuits.circular_solving import Begun, Last, Solved, Start
 from cordicc.arith.circuits.hyperbolic import ln2_multiple, sum_and_difference
 from cordicc.arith.circuits.limits import clipped, greater
 from cordicc.arith.circuits.near_end import NearColumns
@@ -17,7 +17,7 @@ from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
 
 
 def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]) -> Begun:
-    """Return what the iterations begin with, and what makes results of their end, as in `unit.implicit`."""
+    """Return what stands around the iterations, as in `unit.implicit`."""
     A, B, C = words
     bits = unit.fraction_bits
     tables = {n: implicit_table(unit, -1, use.slack) for n, use in enumerate(modes.uses) if use.m == -1}
@@ -50,22 +50,21 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
     x, y, goal, exponent = vector
     near = NearColumns.of(modes, reaches, exponent - 1)
     no_a = A.bits.equals(0)
-    width = near.width(b.size(goal), bits)
-    start = Start(x, y, goal, b.of(0), near.column("height"), width, both & ~no_a, near.short)
+    height, width = near.limits(b.size(goal), bits)
+    start = Start(x, y, goal, b.of(0), both & ~no_a)
     alone = both & no_a
     at_end = b.named("at_vertex", alone & (short <= known.slack) & (-short <= known.within))
     there = short <= known.slack
     none = c.bits.equals(0) & q.mantissa.equals(0)
 
-    def finish(last: Start) -> Solved:
+    def finish(last: Last) -> Solved:
         angle = b.negif(last.z + ln2_multiple(b, doublings, unit), mirrored)
-        below = last.y - last.target
-        reached = (below <= near.short) & (-below <= near.beyond)
+        reached = (-last.gap <= near.short) & (last.gap <= near.beyond) & ~last.lost
         solved = possible & b.mux(alone, reached, there) & ~none
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
         return Solved(b.mux(at_end, angle, 0), rest, exponent - 1, solved)
 
-    return start, finish
+    return Begun(start, height, width, max(near.short.hi, near.beyond.hi), finish)
 
 
 def _estimate(b: CircuitBuilder, p: Floating, q: Floating, c: Floating) -> CircuitSignal:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from cordicc.arith.circuits.builder import CircuitSignal
+from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.limits import clipped
+from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.uses import Modes
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
 from cordicc.arith.kernels.shift_sequences import SHARES
@@ -40,24 +41,56 @@ class NearColumns(NamedTuple):
             beyond=bare.column("beyond"),
         )
 
-    def column(self, name: str, stretched: int = SHARES) -> CircuitSignal:
-        """Return a column, perhaps as it is before a step, by the gain so far as a share of the whole."""
+    def column(self, name: str) -> CircuitSignal:
+        """Return a column."""
         b = self.modes.builder
         found: CircuitSignal | None = None
         for number, table in self.tables.items():
-            values = [_share(value, stretched) for value in getattr(table.columns, name).tolist()]
+            values = getattr(table.columns, name).tolist()
             own = b.pick(b.narrowed(self.row, 0, table.rows.count - 1, loose=True), values)
             found = own if found is None else b.mux(self.modes.mode.equals(number), found, own)
         assert found is not None
         return found
 
-    def width(self, size: CircuitSignal, fraction_bits: int) -> CircuitSignal:
-        """Return the width of the kernel for a target's size."""
+    def limits(self, size: CircuitSignal, fraction_bits: int) -> tuple[Limit, Limit]:
+        """Return the height and the width of the kernel for a target's size."""
         b = self.modes.builder
-        root = b.pick(b.narrowed(size >> (fraction_bits - 4), 0, SIXTEENTHS), list(ROOTS))
-        product = self.column("rise") * root + (ROOT_SCALE - 1)
-        return (product >> (ROOT_SCALE.bit_length() - 1)) + self.column("room")
+        rise, room = self.column("rise"), self.column("room")
+        width = room
+        if rise.hi:
+            root = b.pick(b.narrowed(size >> (fraction_bits - 4), 0, SIXTEENTHS), list(ROOTS))
+            width = room + ((rise * root + (ROOT_SCALE - 1)) >> (ROOT_SCALE.bit_length() - 1))
+        return self._limit(self.column("height"), "height"), self._limit(width, None if rise.hi else "room")
+
+    def _limit(self, threshold: CircuitSignal, column: str | None) -> Limit:
+        """Return a threshold of which the rows tell the places that are all 1."""
+        places = SHARES.bit_length() - 1
+        if column is not None:
+            columns = [getattr(table.columns, column) for table in self.tables.values()]
+            ends = [each + 1 for values in columns for each in values.tolist()]
+            places = min((each & -each).bit_length() - 1 for each in ends)
+        return Limit((threshold >> places) + 1, places)
 
 
-def _share(size: int, stretched: int) -> int:
-    return (size * stretched + SHARES - 1) // SHARES
+class Limit(NamedTuple):
+    """What a number is below: a multiple of 2^places."""
+
+    multiple: CircuitSignal
+    places: int
+
+    def before(self, b: CircuitBuilder, stretched: int) -> Limit:
+        """Return what holds before a step, from the gain so far as a share of the whole one."""
+        shift = SHARES.bit_length() - 1
+        if stretched == SHARES:
+            return self
+        down = (stretched & -stretched).bit_length() - 1
+        return Limit(times(b, self.multiple, stretched >> down), self.places - shift + down)
+
+    def above(self, b: CircuitBuilder, value: CircuitSignal) -> CircuitSignal:
+        """Return whether a value is not negative and below."""
+        value, multiple = value >> self.places, self.multiple
+        if multiple.lo != multiple.hi:
+            return ~b.negative(value) & (value < multiple)
+        bits = multiple.hi.bit_length()
+        fits = b.pick(b.low(value, bits), [int(each < multiple.hi) for each in range(1 << bits)])
+        return (value >> bits).equals(0) & fits

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.circular_solving import Solved, Start, circular
+from cordicc.arith.circuits.circular_solving import Begun, Last, Solved, Start, circular
 from cordicc.arith.circuits.hyperbolic_solving import hyperbolic
+from cordicc.arith.circuits.near_end import Limit
 from cordicc.arith.circuits.residual import Residual
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.uses import Modes, Use, format_of, of_system, word
 from cordicc.arith.circuits.words import WordResult, encoded, encoded_angle
 from cordicc.arith.kernels.reduction import SCALE_BITS
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable
-from cordicc.arith.unit.cau import Cau, implicit_table
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable
+from cordicc.arith.unit.cau import Cau, implicit_steps
 
 
 class _System(NamedTuple):
     m: int
     chosen: CircuitSignal
     table: StepTable
-    start: Start
-    finish: Callable[[Start], Solved]
+    begun: Begun
 
 
 def implicit_unit(
@@ -50,17 +51,13 @@ def implicit_unit(
     systems = []
     for m, make in ((1, circular), (-1, hyperbolic)):
         if any(use.m == m for use in uses):
-            start, finish = make(b, modes, unit, words)
-            chosen = modes.which(of_system(m))
-            systems.append(_System(m, chosen, implicit_table(unit, m).steps, start, finish))
-    state = systems[0].start
-    for system in systems[1:]:
-        state = Start(*(b.mux(system.chosen, x, y) for x, y in zip(state, system.start, strict=True)))
-    state = _steps(b, state, systems, unit)
-    solved = systems[0].finish(state)
+            begun = make(b, modes, unit, words)
+            systems.append(_System(m, modes.which(of_system(m)), implicit_steps(unit, m), begun))
+    last = _Iterations(b, systems, unit).last()
+    solved = systems[0].begun.finish(last)
     for system in systems[1:]:
         solved = Solved(
-            *(b.mux(system.chosen, x, y) for x, y in zip(solved, system.finish(state), strict=True))
+            *(b.mux(system.chosen, x, y) for x, y in zip(solved, system.begun.finish(last), strict=True))
         )
     formats = [format_of(modes, number, unit.angle_bits) for number in range(2)]
     results: list[WordResult | None] = [None, None]
@@ -79,107 +76,175 @@ def implicit_unit(
     return results[0], results[1]
 
 
-def _steps(b: CircuitBuilder, state: Start, systems: Sequence[_System], unit: Cau) -> Start:
-    """Turn (x, y) step by step until y is the target and x >= 0."""
-    largest = 8 << unit.fraction_bits
-    bent = b.of(0)
-    for system in systems:
-        bent = system.chosen if system.m == -1 else bent
-    root_free = unit.rule == "root-free"
-    # The target keeps its sign.  Towards the end of reach is its own direction, or against it.
-    end = _End(b, systems, state, b.negative(state.target), bent)
-    residual = Residual(b, unit.angle_bits, steering=False, summing=len(systems) == 1)
-    goal = b.named("goal", state.target + end.bias(0))
-    ahead = math.inf
-    for number in range(unit.iterations):
-        moving = b.together((state.x, state.y, state.target, goal, state.z), ahead)
-        x, y, target, goal, z = moving
-        state = state._replace(x=x, y=y, target=target, z=z)
-        with b.scope(f"step{number + 1}"):
-            shifts = " or ".join(dict.fromkeys(f"2^-{system.table.shifts[number]}" for system in systems))
-            b.note(f"Step {number + 1}: by {'twice ' * root_free}the angle of {shifts}.")
-            gap, beyond = target - y, goal - y
-            if len(systems) == 1 and systems[0].m == 1:
-                limit = end.largest_gap(systems[0].table, number, unit)
-                gap, beyond = (b.narrowed(each, -limit, limit, loose=True) for each in (gap, beyond))
-            forward = ~b.mux(end.near(number, x), b.negative(gap), b.negative(beyond))
-            up = b.named("up", b.mux(b.negative(x), forward, b.negative(y) ^ bent))
-            moves = [_moves(b, state, system, number, root_free=root_free) for system in systems]
-            chosen = moves[0]
-            for system, other in zip(systems[1:], moves[1:], strict=True):
-                chosen = _Moves(*(b.mux(system.chosen, p, q) for p, q in zip(chosen, other, strict=True)))
-            # What does not depend on the direction comes first, beside the comparison.
-            x = b.named("x", b.narrowed(b.addsub(x - chosen.short_x, chosen.x, up ^ bent), -largest, largest))
-            y = b.named("y", b.narrowed(b.addsub(y - chosen.short_y, chosen.y, ~up), -largest, largest))
-            bias, following = end.bias(number), end.bias(number + 1)
-            grown = goal if following.number == bias.number else target + following
-            goal = b.named("goal", b.narrowed(grown + chosen.target, -2 * largest, 2 * largest))
-            target = b.named("target", b.narrowed(target + chosen.target, -largest, largest))
-            z = b.named("z", residual.after(z, chosen.angle, up))
-            state = state._replace(x=x, y=y, target=target, z=z)
-            ahead = b.taken_ns(moving, (x, y, z))
-    return state._replace(z=residual.whole(state.z))
+class _Iterations:
+    """The steps that turn (x, y) until y is the target and x >= 0.
 
-
-class _End:
-    """Where the sign of x decides: within a width of the end of reach, and a height of the target.
-
-    There a turn is in the target's direction, against it for m = -1: for a height h that is sgn(T - y + h)
-    upwards and sgn(T - y - h - 1) downwards, which a number beside the target gives.
+    In the last steps the target stands for y, see `shift_sequences.blended`. There what is left of y is how
+    far it is from the target, a number of few bits.
     """
 
-    def __init__(
-        self,
-        b: CircuitBuilder,
-        systems: Sequence[_System],
-        state: Start,
-        negative: CircuitSignal,
-        bent: CircuitSignal,
-    ) -> None:
+    def __init__(self, b: CircuitBuilder, systems: Sequence[_System], unit: Cau) -> None:
         self._b = b
         self._systems = systems
-        self._state = state
-        self._down = b.named("down", negative ^ bent)
+        self._unit = unit
+        self._start = systems[0].begun.start
+        for system in systems[1:]:
+            moved = (b.mux(system.chosen, p, q) for p, q in zip(self._start, system.begun.start, strict=True))
+            self._start = Start(*moved)
+        self._bent = b.of(0)
+        for system in systems:
+            self._bent = system.chosen if system.m == -1 else self._bent
+        self._residual = Residual(b, unit.angle_bits, steering=False, summing=len(systems) == 1)
+        self._unsettled = max(system.table.unsettled for system in systems)
+        self._ahead = math.inf
 
-    def bias(self, number: int) -> CircuitSignal:
-        """Return what is added to the target before a step, or after the last one."""
-        b, height = self._b, self._before(self._state.height, number)
-        return b.narrowed(b.bitwise("xor", height, -self._down), -height.hi - 1, height.hi)
+    def last(self) -> Last:
+        """Return what all the steps end with."""
+        b, start, unsettled = self._b, self._start, self._unsettled
+        x, y, target, z = start.x, start.y, start.target, start.z
+        for number in range(unsettled):
+            with self._step(number):
+                x, y, target, z = self._turned(number, x, y, target, z)
+        gap, lost = target - y, b.of(0)
+        if unsettled < self._unit.iterations:
+            limit = self._largest_gap(unsettled)
+            if limit < max(-gap.lo, gap.hi):
+                lost = b.named("lost", ~((gap <= limit) & (gap >= -limit)))
+                gap = b.narrowed(gap, -limit, limit, loose=True)
+        for number in range(unsettled, self._unit.iterations):
+            with self._step(number):
+                x, gap, target, z = self._settled(number, x, gap, target, z)
+        return Last(x, gap, self._residual.whole(z), lost)
 
-    def near(self, number: int, x: CircuitSignal) -> CircuitSignal:
-        """Return whether an x that is not negative is positive and within the width."""
-        width = self._before(self._state.width, number)
-        return (~x.equals(0) & self._state.may_end) & (x <= width)
+    @contextmanager
+    def _step(self, number: int) -> Iterator[None]:
+        tables = [system.table for system in self._systems]
+        turns = dict.fromkeys(
+            f"{'twice ' * self._is_double(number, table)}the angle of 2^-{table.shifts[number]}"
+            for table in tables
+        )
+        with self._b.scope(f"step{number + 1}"):
+            self._b.note(f"Step {number + 1}: by {' or '.join(turns)}.")
+            yield
 
-    def largest_gap(self, table: StepTable, number: int, unit: Cau) -> int:
-        """Return the largest |T - y|, biased or not, before a circular step where there is a solution.
+    def _turned(
+        self, number: int, *state: CircuitSignal
+    ) -> tuple[CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal]:
+        """Return x, y, the target and the angle after a step."""
+        b = self._b
+        moving = b.together(state, self._ahead)
+        x, y, target, z = moving
+        gap = target - y
+        if len(self._systems) == 1 and self._systems[0].m == 1:
+            gap = b.narrowed(gap, -self._limit(number), self._limit(number), loose=True)
+        ahead = self._ahead_of(number, x, gap)
+        up = b.named("up", b.mux(b.negative(x), ahead, b.negative(y) ^ self._bent))
+        move = self._chosen([self._moves(number, system, x, y, target) for system in self._systems])
+        # What does not depend on the direction comes first, beside the comparison.
+        limit = self._limit(number + 1)
+        x = b.named("x", self._narrowed(b.addsub(x - move.short_x, move.x, up ^ self._bent), limit))
+        y = b.named("y", self._narrowed(b.addsub(y - move.short_y, move.y, ~up), limit))
+        target = b.named("target", self._narrowed(target + move.target, limit))
+        z = b.named("z", self._residual.after(z, move.angle, up))
+        self._ahead = b.taken_ns(moving, (x, y, z))
+        return x, y, target, z
 
-        The vector is at most the turns to come from the target, or half a turn: the norm times this angle,
-        the roundings, and what y may end from the target are between them.
+    def _settled(
+        self, number: int, *state: CircuitSignal
+    ) -> tuple[CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal]:
+        """Return x, the gap, the target, which stays, and the angle after a step."""
+        b = self._b
+        moving = b.together(state, self._ahead)
+        x, gap, target, z = moving
+        ahead = self._ahead_of(number, x, gap)
+        up = b.named("up", b.mux(b.negative(x), ahead, b.negative(target) ^ self._bent))
+        move = self._chosen([self._moves(number, system, x, target, target) for system in self._systems])
+        limit, largest = self._largest_gap(number + 1), self._limit(number + 1)
+        x = b.named("x", self._narrowed(b.addsub(x, move.x, up ^ self._bent), largest))
+        gap = b.addsub(gap, move.y, up)
+        gap = b.named("gap", b.narrowed(gap, -limit, limit, loose=True))
+        z = b.named("z", self._residual.after(z, move.angle, up))
+        self._ahead = b.taken_ns(moving, (x, gap, z))
+        return x, gap, target, z
+
+    def _ahead_of(self, number: int, x: CircuitSignal, gap: CircuitSignal) -> CircuitSignal:
+        """Return whether an x that is not negative turns upwards.
+
+        Where x is within the width of the end of reach and the gap within a height, a turn is towards the
+        end: upwards, for m = -1 downwards.
         """
-        left = min(math.pi, math.ldexp(sum(table.angles[number:]) + table.angles[-1], -unit.angle_bits))
-        norm = math.ldexp(math.sqrt(2), unit.fraction_bits) * _STRETCH
-        return math.ceil(norm * left) + 4 * self._state.short.hi + self._state.height.hi
+        b, start, bent = self._b, self._start, self._bent
+        near = start.may_end & self._below("width", number, x)
+        # Only a gap that tells otherwise matters: a negative one, for m = -1 one that is not.
+        close = self._below("height", number, b.bitwise("xor", gap, -(~bent)))
+        end = b.named("end", near & close)
+        return b.mux(bent, ~b.negative(gap) | end, ~b.negative(gap) & ~end)
 
-    def _before(self, size: CircuitSignal, number: int) -> CircuitSignal:
-        found: CircuitSignal | None = None
+    def _below(self, which: str, number: int, value: CircuitSignal) -> CircuitSignal:
+        """Return whether a value is not negative and below a threshold as it is before a step."""
+        b, found = self._b, self._b.of(0)
         for system in self._systems:
-            shares = system.table.stretched
-            own = _share(self._b, size, shares[min(number, len(shares) - 1)])
-            found = own if found is None else self._b.mux(system.chosen, found, own)
-        assert found is not None
+            limit: Limit = getattr(system.begun, which)
+            own = limit.before(b, system.table.stretched[number]).above(b, value)
+            found = found | (system.chosen & own)
         return found
 
+    def _chosen(self, moves: Sequence[_Moves]) -> _Moves:
+        found = moves[0]
+        for system, other in zip(self._systems[1:], moves[1:], strict=True):
+            found = _Moves(*(self._b.mux(system.chosen, p, q) for p, q in zip(found, other, strict=True)))
+        return found
 
-_STRETCH = 2.75
-"""More than the gain of root-free iterations on the circle, the larger one."""
+    def _narrowed(self, a: CircuitSignal, limit: int) -> CircuitSignal:
+        return self._b.narrowed(a, -limit, limit)
 
+    def _limit(self, number: int) -> int:
+        """Return the largest |x|, |y| and target before a step, which |target - y| has where it matters.
 
-def _share(b: CircuitBuilder, size: CircuitSignal, stretched: int) -> CircuitSignal:
-    """Return a threshold as it is before a step, from the gain so far as a share of the whole one."""
-    if stretched == SHARES:
-        return size
-    return (times(b, size, stretched) + (SHARES - 1)) >> (SHARES.bit_length() - 1)
+        On the circle a vector is at most the root of 2 times the gain so far, roundings and what x may lose
+        where the target stands for y.
+        """
+        if any(system.m == -1 for system in self._systems):
+            return 8 << self._unit.fraction_bits
+        table, double = self._systems[0].table, self._unit.rule == "root-free"
+        gain = math.sqrt(2)
+        for at, shift in enumerate(table.shifts[:number]):
+            square = math.ldexp(1.0, -2 * shift)
+            gain *= 1 + square if double and at < table.doubles else math.sqrt(1 + square)
+        return math.ceil(math.ldexp(gain * (1 + 2.0**-6), self._unit.fraction_bits)) + 64
+
+    def _largest_gap(self, number: int) -> int:
+        """Return the largest |target - y| before a settled step of what ends within the largest gap."""
+        moves = 0
+        for at in range(number, self._unit.iterations):
+            shift = min(system.table.shifts[at] for system in self._systems)
+            moves += (self._limit(at) >> shift) + 1
+        return max(system.begun.largest_gap for system in self._systems) + moves
+
+    def _is_double(self, number: int, table: StepTable) -> bool:
+        return self._unit.rule == "root-free" and number < table.doubles
+
+    def _moves(
+        self, number: int, system: _System, x: CircuitSignal, level: CircuitSignal, target: CircuitSignal
+    ) -> _Moves:
+        b, table = self._b, system.table
+        shift, angle = table.shifts[number], b.of(table.angles[number])
+        if self._is_double(number, table):
+            squares = [b.rounded(each, 2 * shift) for each in (x, level, target)]
+            if system.m < 0:
+                squares = [-each for each in squares]
+            x_squares, y_squares, grown = squares
+            short = b.rounded(level, shift - 1), b.rounded(x, shift - 1)
+            return _Moves(*short, x_squares, y_squares, grown, angle)
+        if number >= table.unsettled:
+            level, grown = target, b.of(0)
+        elif self._unit.rule == "root-free":
+            square = b.rounded(target, 2 * shift + 1)
+            grown = square if system.m > 0 else -square
+        else:
+            factor = table.target_factors[number]
+            grown = b.rounded(target * factor, FACTOR_BITS) if factor else b.of(0)
+        return _Moves(b.rounded(level, shift), b.rounded(x, shift), b.of(0), b.of(0), grown, angle)
 
 
 class _Moves(NamedTuple):
@@ -191,17 +256,3 @@ class _Moves(NamedTuple):
     short_y: CircuitSignal
     target: CircuitSignal
     angle: CircuitSignal
-
-
-def _moves(b: CircuitBuilder, state: Start, system: _System, number: int, *, root_free: bool) -> _Moves:
-    shift, angle = system.table.shifts[number], b.of(system.table.angles[number])
-    x, y, target = state.x, state.y, state.target
-    if root_free:
-        squares = [b.rounded(each, 2 * shift) for each in (x, y, target)]
-        if system.m < 0:
-            squares = [-each for each in squares]
-        short_x, short_y, grown = squares
-        return _Moves(b.rounded(y, shift - 1), b.rounded(x, shift - 1), short_x, short_y, grown, angle)
-    factor = system.table.target_factors[number]
-    grown = b.rounded(target * factor, FACTOR_BITS) if factor else b.of(0)
-    return _Moves(b.rounded(y, shift), b.rounded(x, shift), b.of(0), b.of(0), grown, angle)

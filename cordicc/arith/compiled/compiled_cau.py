@@ -130,7 +130,8 @@ def _steps(table: StepTable) -> tuple[Any, ...]:
     gain = (table.inverse_gain, shift, *_limbs(table.inverse_gain, shift, bits))
     shifts, angles = np.array(table.shifts, dtype=np.int64), np.array(table.angles, dtype=np.int64)
     stretched = np.array(table.stretched, dtype=np.int64)
-    return shifts, angles, *(column.copy() for column in columns), gain, stretched
+    turns = (table.doubles, table.unsettled)
+    return shifts, angles, *(column.copy() for column in columns), gain, stretched, turns
 
 
 @cache

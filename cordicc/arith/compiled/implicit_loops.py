@@ -33,7 +33,7 @@ from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_diff
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
 from cordicc.arith.kernels.micro_rotations import NEVER
 from cordicc.arith.kernels.reduction import SCALE_BITS
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES
 from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
 from cordicc.base.arrays import Floats, Int64s
 
@@ -110,9 +110,9 @@ def lightcone(
 
 @compiled
 def _width(rise: int, room: int, target: int, bits: int) -> int:
-    """Return a kernel's width near the end of reach."""
+    """Return a kernel's width near the vertex of a hyperbola."""
     root = int(_ROOTS[min(abs(target) >> (bits - 4), SIXTEENTHS)])
-    return (rise * root + (ROOT_SCALE - 1)) // ROOT_SCALE + room
+    return ((rise * root + (ROOT_SCALE - 1)) // ROOT_SCALE + room) | (SHARES - 1)
 
 
 @compiled
@@ -130,7 +130,7 @@ def implicit_circular(
     """Solve B cos t + A sin t = C."""
     width, fraction_bits, angle_bits = widths
     root_free, half_turn, branch = rule
-    first, slacks, withins, all_heights, rises, rooms, shorts, _ = reach
+    first, slacks, withins, all_heights, _, rooms, shorts, _ = reach
     quarter, turns = (half_turn + 1) >> 1, root_free - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -138,7 +138,8 @@ def implicit_circular(
         x_exponent, y_exponent, exponents = three(As.size)
         target, target_exponent, excess = three(As.size)
         height, wide, allowed = three(As.size)
-        end, at_end, _ = three(As.size)
+        end, at_end, starts = three(As.size)
+        downs, _, _ = three(As.size)
         unpack_block(As.view(np.int64), x, x_exponent, width)
         unpack_block(Bs.view(np.int64), y, y_exponent, width)
         unpack_block(Cs.view(np.int64), target, target_exponent, width)
@@ -147,7 +148,7 @@ def implicit_circular(
         for i in range(z.size):
             # The mirror image of a < 0, or of a = 0 > b, is negated for branch "+".
             mirrored = (x[i] > 0) | ((x[i] == 0) & (y[i] < 0))
-            z[i] = -int(mirrored if branch > 0 else x[i] < 0)
+            starts[i] = -int(mirrored if branch > 0 else x[i] < 0)
         align_block(x, x_exponent, exponents)
         align_block(y, y_exponent, exponents)
         align_block(target, target_exponent, exponents)
@@ -156,32 +157,36 @@ def implicit_circular(
             # With a or b alone |c| is compared with it, and the kernel with the end elsewhere.
             alone = (As[i] == 0) | (Bs[i] == 0)
             height[i] = NEVER if alone else all_heights[row]
-            wide[i] = _width(rises[row], rooms[row], target[i], fraction_bits)
+            wide[i] = rooms[row]
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
             at_end[i] = alone & (excess[i] <= slacks[row]) & (-excess[i] <= withins[row])
         for i in range(z.size):
-            side = z[i]
+            side = starts[i]
             a, b = (x[i] ^ side) - side, (y[i] ^ side) - side
             a = -a if branch > 0 else a
-            # The first turn by +-90 degrees where y and the target differ in sign.
-            apart, down = turns & ((target[i] ^ b) >> 63), target[i] >> 63
-            turn = quarter if As[i] != 0 else (half_turn if (b < 0) != (target[i] < 0) else 0)
-            end[i] = (-half_turn & side) + ((turn ^ down) - down)
-            x[i] = (a & ~apart) | (((-b ^ down) - down) & apart)
-            y[i] = (b & ~apart) | (((a ^ down) - down) & apart)
-            z[i] = (-half_turn & side) + (((quarter ^ down) - down) & apart)
+            end[i] = quarter if As[i] != 0 else (half_turn if (b < 0) != (target[i] < 0) else 0)
+            # A target below 0 is that of the mirror image.
+            down = target[i] >> 63
+            b, target[i], downs[i] = (b ^ down) - down, (target[i] ^ down) - down, down
+            # The first turn by 90 degrees where y and the target differ in sign.
+            apart = turns & (b >> 63)
+            x[i] = (a & ~apart) | (-b & apart)
+            y[i] = (b & ~apart) | (a & apart)
+            z[i] = quarter & apart
         if root_free != 0:
             implicit_root_free(1, x, y, target, z, height, wide, steps)
         else:
             implicit(1, x, y, target, z, height, wide, steps, FACTOR_BITS)
         for i in range(z.size):
             alone = (As[i] == 0) | (Bs[i] == 0)
-            y[i] = excess[i] if alone else abs(target[i]) - abs(y[i])
-            z[i], x[i] = (end[i] if at_end[i] != 0 else z[i]), (0 if at_end[i] != 0 else x[i])
+            y[i] = excess[i] if alone else target[i] - y[i]
+            turned = end[i] if at_end[i] != 0 else z[i]
+            turned = (-half_turn & starts[i]) + ((turned ^ downs[i]) - downs[i])
+            x[i] = 0 if at_end[i] != 0 else x[i]
             one_sided = (As[i] == 0) & (Bs[i] > 0)
             least, most = (-half_turn if one_sided else -2 * half_turn), (0 if one_sided else 2 * half_turn)
-            turned = min(max(z[i], least), most)
+            turned = min(max(turned, least), most)
             z[i] = -turned if branch > 0 else turned
         deliver_angles(z, angle_bits, angles)
         np.maximum(x, 0, x)

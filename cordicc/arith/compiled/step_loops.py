@@ -21,9 +21,9 @@ from cordicc.base.arrays import Floats, Int64s
 Product = tuple[int, int, int, int]
 """Constant, shift, lower limbs (-1: the product rounds to 0), and their bits."""
 
-Steps = tuple[Int64s, Int64s, Int64s, Int64s, Int64s, Product, Int64s]
+Steps = tuple[Int64s, Int64s, Int64s, Int64s, Int64s, Product, Int64s, tuple[int, int]]
 """Shifts and angles, target factors with their limbs and limb bits; the product with the inverse gain; shares
-of the gain before each step."""
+of the gain before each step; how many of the first iterations are double, and have y in its own place."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -254,20 +254,20 @@ def vector(m: int, x: Int64s, y: Int64s, z: Int64s, steps: Steps) -> None:
 
 
 @compiled
-def _towards(mirror: int, x: int, y: int, target: int, height: int, width: int) -> int:
-    """Return -1 for the negative direction, else 0."""
-    side, apart = x >> 63, target - y
-    # All ones where 0 < x <= width and |target - y| <= height: there the way to the end is taken.
-    end = ~((x - 1) | (width - x) | (height - abs(apart))) >> 63
+def _towards(mirror: int, x: int, level: int, apart: int, target: int, height: int, width: int) -> int:
+    """Return -1 for the negative direction, else 0; `level` has the sign of y, `apart` is target - y."""
+    side = x >> 63
+    # All ones where 0 <= x <= width and |target - y| <= height: there the way to the end is taken.
+    end = ~(x | (width - x) | (height - (apart ^ (apart >> 63)))) >> 63
     ahead = (apart & ~end) | ((target ^ mirror) & end)
-    return (((y ^ ~mirror) & side) | (ahead & ~side)) >> 63
+    return (((level ^ ~mirror) & side) | (ahead & ~side)) >> 63
 
 
 @compiled
 def _shares(whole: Int64s, stretched: int, part: Int64s) -> None:
     """Put what holds before a step in a block, from the gain so far as a share of the whole one."""
     for i in range(whole.size):
-        part[i] = (whole[i] * stretched + (SHARES - 1)) // SHARES
+        part[i] = (whole[i] + 1) // SHARES * stretched - 1
 
 
 @compiled
@@ -287,11 +287,13 @@ def implicit(
     heights, widths, _ = three(x.size)
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
+        if step == 0 or steps[6][step] != steps[6][step - 1]:
+            _shares(height, steps[6][step], heights)
+            _shares(width, steps[6][step], widths)
         half = (1 << shift) >> 1
-        _shares(height, steps[6][step], heights)
-        _shares(width, steps[6][step], widths)
         for i in range(x.size):
-            mask = _towards(mirror, x[i], y[i], target[i], heights[i], widths[i])
+            apart = target[i] - y[i]
+            mask = _towards(mirror, x[i], y[i], apart, target[i], heights[i], widths[i])
             back = mask ^ mirror
             step_x = (((y[i] + half) >> shift) ^ back) - back
             y[i] += (((x[i] + half) >> shift) ^ mask) - mask
@@ -311,22 +313,29 @@ def implicit_root_free(
     width: Int64s,
     steps: Steps,
 ) -> None:
-    """Turn a block until y is the target, in place, by root-free double rotations."""
+    """Turn a block until y is the target, in place, by root-free double rotations, then single ones."""
     mirror = m >> 63
+    doubles, unsettled = steps[7]
     heights, widths, _ = three(x.size)
     for step in range(steps[0].size):
         shift, angle = steps[0][step], steps[1][step]
-        lift, down = (1, 0) if shift == 0 else (0, shift - 1)
-        square = min(2 * shift, 62)  # coordinates are below 2^44, so what is shifted by more is 0 as well
-        half, half_square = (1 << down) >> 1, (1 << square) >> 1
-        _shares(height, steps[6][step], heights)
-        _shares(width, steps[6][step], widths)
+        if step == 0 or steps[6][step] != steps[6][step - 1]:
+            _shares(height, steps[6][step], heights)
+            _shares(width, steps[6][step], widths)
+        double = 1 if step < doubles else 0
+        lift, down = (1, 0) if shift < double else (0, shift - double)
+        # Coordinates are below 2^44, so what is shifted by more is 0 as well.
+        square, growth = min(2 * shift, 62), min(2 * shift + 1 - double, 62)
+        half, half_square, half_growth = (1 << down) >> 1, (1 << square) >> 1, (1 << growth) >> 1
+        squares, settled = -double, -1 if step >= unsettled else 0
         for i in range(x.size):
-            mask = _towards(mirror, x[i], y[i], target[i], heights[i], widths[i])
-            step_x = ((((y[i] << lift) + half) >> down) ^ mask) - mask
+            level, apart = (y[i] & ~settled) | (target[i] & settled), target[i] - y[i]
+            mask = _towards(mirror, x[i], level, apart, target[i], heights[i], widths[i])
+            step_x = ((((level << lift) + half) >> down) ^ mask) - mask
             step_y = ((((x[i] << lift) + half) >> down) ^ mask) - mask
-            step_x += (x[i] + half_square) >> square
+            step_x += ((x[i] + half_square) >> square) & squares
+            grown = ((y[i] + half_square) >> square) & squares
             x[i] -= (step_x ^ mirror) - mirror
-            y[i] += step_y - ((((y[i] + half_square) >> square) ^ mirror) - mirror)
-            target[i] += (((target[i] + half_square) >> square) ^ mirror) - mirror
+            y[i] += step_y - ((grown ^ mirror) - mirror)
+            target[i] += ((((target[i] + half_growth) >> growth) & ~settled) ^ mirror) - mirror
             z[i] += (angle ^ mask) - mask

@@ -6,11 +6,11 @@ direction after i steps of *exact* arithmetic with the kernel's own decisions, u
 
 Roundings.  The kernel computes v' = k_i Rot(s alpha_i) v + e_i and T' = k_i T + d_i.  So v_i/K_i differs
 from u_i by the sum of e_j/K_(j+1), each turned by the steps from j+1 to i, an angle of at most rho_j, the sum
-of the later ones; and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).  A half-up shift by b > 0 places
-errs by at most min(1/2, |v| 2^-b), by b <= 0 not at all; both components of e_j are one (standard) or the sum
-of two (root-free) such errors.  If they are at most e, turned they are at most e (1 + sin rho_j), so either
-component of v_i/K_i errs by at most E, the sum of e_j (1 + sin rho_j)/K_(j+1).  The factor of the target is
-itself rounded in the standard kernel: half of its last place times T more.
+of the later ones; and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).  `step_errors` has the errors of
+an iteration.  If both components of e_j are at most e, turned they are at most e (1 + sin rho_j), so either
+component of v_i/K_i errs by at most E, the sum of e_j (1 + sin rho_j)/K_(j+1).  Where the target stands for
+y, x errs by |T - y| 2^-S more; of an equation with a solution that distance is at most K_i times R times the
+angle to go, H, D and E, by what follows.
 
 Decisions.  Call one wrong if it is not the sign of theta - psi_i.  Let R >= 4 E.
 (a) Both the computed and the exact x are >= 0: a wrong comparison means |R sin psi_i - C| <= D + E.
@@ -47,7 +47,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, Sequence, exact_angle, step_table
+from cordicc.arith.kernels.shift_sequences import Sequence
+from cordicc.arith.kernels.step_errors import NoBoundError, Sizes, step_errors
 
 Norm = TypeVar("Norm", float, NDArray[np.float64])
 
@@ -97,32 +98,27 @@ def implicit_residual_bound(
         raise ValueError(
             f"no bound for {sequence.name}: it must be circular, start with the only 0, converge"
         )
-    unit = math.ldexp(1.0, -fraction_bits)
-    angles = [float(exact_angle(1, shift, sequence.root_free)) for shift in sequence.shifts]
-    later = sum(angles)
-    factors = step_table(sequence, angle_bits).target_factors
+    largest = math.ldexp(largest_norm, fraction_bits)
+    angles = [float(angle) for angle in sequence.angles]
+    later, left = sum(angles), math.pi
     gain, vector, target = 1.0, 0.0, 0.0
-    for shift, angle, factor in zip(sequence.shifts, angles, factors, strict=True):
-        norm, height = gain * (largest_norm + math.sqrt(2) * vector), gain * (largest_norm + target)
+    for number, angle in enumerate(angles):
+        norm, height = gain * (largest + math.sqrt(2) * vector), gain * (largest + target)
+        left = min(left, later + angles[-1])
         later -= angle
-        if sequence.root_free:
-            square = math.ldexp(1.0, -2 * shift)
-            stretch = 1 + square
-            error = shift_error(shift - 1, norm, unit) + shift_error(2 * shift, norm, unit)
-            target_error = shift_error(2 * shift, height, unit)
-        else:
-            stretch = math.sqrt(1 + math.ldexp(1.0, -2 * shift))
-            error = shift_error(shift, norm, unit)
-            target_error = min(unit / 2, height * math.ldexp(factor, -FACTOR_BITS))
-            target_error += height * math.ldexp(1.0, -FACTOR_BITS - 1)
-        gain *= stretch
-        vector += error * (1 + math.sin(min(later, math.pi / 2))) / gain
-        target += target_error / gain
+        # Of the errors to come each is at most two places.
+        come = 2.0 * (len(angles) - number)
+        apart = gain * (largest * left + 2 * (target + come) + 2.25 * (vector + come))
+        errors = step_errors(sequence, number, Sizes(norm, norm, height, apart))
+        gain *= errors.stretch
+        vector += errors.vector * (1 + math.sin(min(later, math.pi / 2))) / gain
+        target += errors.target / gain
+        if sequence.is_settled(number) and max(errors.vector, errors.target) > gain:
+            raise NoBoundError(
+                f"{sequence.name}: too few fraction bits for {len(angles)} iterations, "
+                "of which the last take the target for y"
+            )
+    vector, target = math.ldexp(vector, -fraction_bits), math.ldexp(target, -fraction_bits)
     # Half a unit an angle and for the half turn; the quarter turn, half of a rounded pi, errs by 3/4.
     angle_rounding = (len(sequence.shifts) + 3) * math.ldexp(1.0, -angle_bits - 1)
     return ImplicitBound(sequence.resolution, angle_rounding, vector, target)
-
-
-def shift_error(shift: int, size: float, unit: float = 1.0) -> float:
-    """Return the largest error of a half-up shift of a number of at most that size."""
-    return 0.0 if shift <= 0 else min(unit / 2, math.ldexp(size, -shift))

@@ -2,11 +2,10 @@
 
 At the end y is at its extreme and x = 0: the last angles change y by less than its roundings, so that a
 comparison with the target would decide by chance, and leave an angle of sqrt(2 e/R) for an error e of y - C.
-The sign of x tells the way to the end as well as it tells vectoring's. So where x > 0 is at most a *width*
-and |y - T| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1,
-where y has its least value there: against it). Elsewhere it compares; at x = 0 either way is right, and
-sgn(0) = +1 the one from which a first turn by 90 degrees comes back. Notation and places as in
-`circular_bound` and `hyperbolic_bound`; N stands for R (m = 1) or sqrt(B^2 - A^2) (m = -1).
+The sign of x tells the way to the end as well as it tells vectoring's. So where x >= 0 is at most a *width*
+and |T - y| at most a *height* the kernel turns towards the end, that is in the target's direction (m = -1,
+where y has its least value there: against it); at x = 0 either way is right. Elsewhere it compares. Notation
+and places as in `circular_bound` and `hyperbolic_bound`; N stands for R (m = 1) or sqrt(B^2 - A^2) (m = -1).
 
 Height and width. Let the exact equation have |C| = N, and let the kernel's operands move N - C by at most s
 places: alignment, and a slack for what the operands were rounded before. With the errors E' of y, E of x
@@ -16,18 +15,20 @@ comparison has the right sign, or
 
     |y - T| <= K e   and   x <= K (sqrt(2 Y e) + E) <= K (sqrt(2 |C| e) + sqrt(2) e + E),
 
-K the product of stretches so far, of which the step table knows the share of the largest, rounded up. With
-these as height and width *every* decision at x > 0 is towards the end, and where x < 0 the kernel turns
-back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N) (m = -1:
-asinh), of the end. Of |C| the leading bits are enough: `roots` are those of its sixteenths of a block.
+K the product of stretches so far, of which the step table knows the share of the largest, rounded up.
+With these as height and width, or more, *every* decision at x >= 0 is towards the end, and where x < 0 the
+kernel turns back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N)
+(m = -1: asinh), of the end. They are rounded up to four leading bits, less 1, with which a few gates compare.
+On the circle |C| is nearly a block's largest number and its root counts as 1; of a hyperbola's the leading
+bits are enough: `ROOTS` are those of its sixteenths of a block.
 
 E' is less than E. For a target at the end |psi - theta| is at most the angles still to come, so x is at most
 N times the sine (m = -1: sinh) of their sum, and the roundings of its shifts, which are what y errs by,
 vanish as 2^-2S; so do the products of the target that are rounded.
 
 Depth. Elsewhere nothing changes: a decision is made by the sign of x only if the exact x is at most the width
-over K and E, and |y - C| at most the height over K and e; both grow by the rounding of the shares. Then
-|N - C| is at most the `depth`: this |y - C|, and N - sqrt(N^2 - x^2) = x^2/(N + sqrt(N^2 - x^2)), or
+over K and E, and |y - C| at most the height and a place over K and e; both grow by what the shares are more.
+Then |N - C| is at most the `depth`: this |y - C|, and N - sqrt(N^2 - x^2) = x^2/(N + sqrt(N^2 - x^2)), or
 sqrt(N^2 + x^2) - N. That is also by how much y may end beyond the target.
 """
 
@@ -39,10 +40,11 @@ from functools import cache
 
 import numpy as np
 
-from cordicc.arith.kernels.circular_bound import implicit_residual_bound, shift_error
+from cordicc.arith.kernels.circular_bound import implicit_residual_bound
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, Sequence, exact_angle, step_table
+from cordicc.arith.kernels.shift_sequences import SHARES, Sequence, step_table
+from cordicc.arith.kernels.step_errors import Sizes, step_errors
 from cordicc.base.arrays import Floats
 
 _ALIGNMENT = 1.0
@@ -52,6 +54,8 @@ SIXTEENTHS, ROOT_SCALE = 16, 256
 
 ROOTS = tuple(math.ceil(ROOT_SCALE * math.sqrt((n + 1) / SIXTEENTHS)) for n in range(SIXTEENTHS + 1))
 """Roots of |C| as a share of a block, by its whole sixteenths, rounded up, in units of 1/`ROOT_SCALE`."""
+
+_LEADING_BITS = 4
 
 _UP = 1 + 2.0**-40
 """Makes up for the roundings of this module's own arithmetic."""
@@ -79,24 +83,36 @@ class EndOfReach:
         Args:
             slack: places by which the operands may have moved N - C before.
         """
-        return np.asarray(self.stretch * (self.across + slack) * _UP)
+        return leading(self.stretch * (self.across + slack) * _UP)
 
     def rise(self, slack: Floats | float) -> Floats:
-        """Return by how much the width grows with the root of |C|, for a |C| of a whole block."""
-        return np.asarray(self.stretch * np.sqrt(2 * self.largest * (self.across + slack)) * _UP)
+        """Return by how much the width grows with the root of |C| at most; on the circle it does not."""
+        return np.ceil(self._rise(slack)) if self.m < 0 else np.zeros_like(self._rise(slack))
 
     def room(self, slack: Floats | float) -> Floats:
-        """Return the width without what grows with |C|; their sum is the largest x that decides."""
+        """Return the width without what grows with |C|."""
+        if self.m < 0:
+            return np.ceil(self._room(slack))
+        return leading(self._rise(slack) + self._room(slack))
+
+    def width(self, slack: Floats | float, sixteenths: int = SIXTEENTHS) -> Floats:
+        """Return the largest x at which its sign decides, for a |C| of so many sixteenths of a block."""
+        return aligned(np.ceil(self.rise(slack) * (ROOTS[sixteenths] / ROOT_SCALE)) + self.room(slack))
+
+    def _rise(self, slack: Floats | float) -> Floats:
+        return np.asarray(self.stretch * np.sqrt(2 * self.largest * (self.across + slack)) * _UP)
+
+    def _room(self, slack: Floats | float) -> Floats:
         error = self.across + slack
         return np.asarray(self.stretch * (math.sqrt(2) * error + self.along) * _UP)
 
     def depth(self, slack: Floats | float) -> Floats:
         """Return the largest |N - C| in places for which the kernel may turn to the end instead."""
         over = self.rounded / self.stretch
-        near = self.height(slack) * over + self.across
+        near = (self.height(slack) + 1) * over + self.across
         deepest = np.zeros_like(near)
-        for sixteenth, root in enumerate(ROOTS):
-            x = (self.rise(slack) * root / ROOT_SCALE + self.room(slack) + 2) * over + self.along
+        for sixteenth in range(SIXTEENTHS + 1):
+            x = self.width(slack, sixteenth) * over + self.along
             # |C| is at least so many sixteenths of a block, and N, for m = -1, may be less by what is added.
             added = near + x * x / (2 * self.smallest) if self.m < 0 else 0.0
             N = np.maximum(sixteenth * self.largest / SIXTEENTHS - added, self.smallest)
@@ -108,6 +124,17 @@ class EndOfReach:
             reached = (sixteenth + 1) * self.largest / SIXTEENTHS >= self.smallest - near - fall
             deepest = np.maximum(deepest, np.where(reached, fall + near, 0.0))
         return np.asarray(deepest * _UP)
+
+
+def aligned(size: Floats | float) -> Floats:
+    """Return the least multiple of `SHARES` less 1 that is no less than a size of at least 0."""
+    return np.asarray(np.floor(size / SHARES) * SHARES + (SHARES - 1))
+
+
+def leading(size: Floats | float) -> Floats:
+    """Return the same of a multiple that has no bits but `_LEADING_BITS` and trailing zeros."""
+    place = np.ldexp(1.0, np.maximum(np.frexp(np.ceil(size) + 1)[1] - _LEADING_BITS, SHARES.bit_length() - 1))
+    return np.asarray(np.ceil((np.ceil(size) + 1) / place) * place - 1)
 
 
 @cache
@@ -122,34 +149,25 @@ def end_of_reach(sequence: Sequence, fraction_bits: int, angle_bits: int) -> End
         # Beside the end |C| is the largest number of the block, or all but equal to it.
         smallest, aligned = largest / 2 - 1, _ALIGNMENT
     else:
-        along = hyperbolic_residual_bound(sequence, 0, angle_bits, largest).vector_rounding
+        spread = math.exp(HYPERBOLIC_REACH) * largest
+        along = hyperbolic_residual_bound(sequence, 0, angle_bits, largest, spread).vector_rounding
         smallest = largest / 2 * math.exp(-HYPERBOLIC_REACH) / math.cosh(sequence.domain)
         aligned = HYPERBOLIC_ALIGNMENT
-    factors = step_table(sequence, angle_bits).target_factors
-    turn, across_turn = (math.cos, math.sin) if sequence.m > 0 else (math.cosh, math.sinh)
-    angles = [float(exact_angle(sequence.m, shift, sequence.root_free)) for shift in sequence.shifts]
+    across_turn, turn = (math.sin, math.cos) if sequence.m > 0 else (math.sinh, math.cosh)
+    angles = [float(angle) for angle in sequence.angles]
     stretches, across, left, later = [1.0], aligned, math.pi, sum(angles)
-    for shift, angle, factor in zip(sequence.shifts, angles, factors, strict=True):
+    for number, angle in enumerate(angles):
         gain = stretches[-1]
+        left = min(left, later + angles[-1])
         later -= angle
-        left = min(left, later + angle + angles[-1])
-        norm, height = gain * (largest + along), gain * (largest + across)
         # |x| as far as the angles to come reach; twice the error for that of the angle.
         x = gain * (largest * across_turn(min(left, math.pi / 2)) + 2 * along)
-        square = sequence.m * math.ldexp(1.0, -2 * shift)
-        if sequence.root_free:
-            error_y = shift_error(shift - 1, x) + shift_error(2 * shift, norm)
-            error_x = shift_error(shift - 1, norm) + shift_error(2 * shift, x)
-            error_target = shift_error(2 * shift, height)
-            stretches.append(gain * (1 + square))
-        else:
-            error_y, error_x = shift_error(shift, x), shift_error(shift, norm)
-            error_target = min(0.5, height * math.ldexp(abs(factor), -FACTOR_BITS))
-            error_target += height * math.ldexp(1.0, -FACTOR_BITS - 1)
-            stretches.append(gain * math.sqrt(1 + square))
+        sizes = Sizes(x, gain * (largest + along), gain * (largest + across), x * left + 4 * gain * along)
+        errors = step_errors(sequence, number, sizes)
+        stretches.append(gain * errors.stretch)
         reach = min(later, math.pi / 2)
-        turned = error_y * max(1.0, turn(reach)) + error_x * across_turn(reach)
-        across += (turned + error_target) / stretches[-1]
+        turned = errors.y * max(1.0, turn(reach)) + errors.x * across_turn(reach)
+        across += (turned + errors.target) / stretches[-1]
     stretch = max(stretches)
     shares = step_table(sequence, angle_bits).stretched
     rounded = max(share * stretch / (SHARES * own) for share, own in zip(shares, stretches, strict=False))

@@ -39,8 +39,8 @@ def largest_gap(sequence: Sequence, fraction_bits: int, angle_bits: int) -> floa
         roundings = 2 * (kernel.vector_rounding + kernel.target_rounding)
         square = 2 * kernel.vector_rounding**2 / largest
         return sequence.gain * (math.sqrt(2) * largest * kernel.last_angle + roundings + square + 2)
-    end = hyperbolic_residual_bound(sequence, 0, angle_bits, largest)
     spread = math.exp(HYPERBOLIC_REACH) * largest
+    end = hyperbolic_residual_bound(sequence, 0, angle_bits, largest, spread)
     near = near_target(sequence, end.vector_rounding, end.target_rounding, fraction_bits)
     moved = (near + HYPERBOLIC_ALIGNMENT) * math.exp(end.angle) + spread * math.expm1(end.angle)
     return sequence.gain * (moved + end.vector_rounding + end.target_rounding + HYPERBOLIC_ALIGNMENT)

@@ -12,9 +12,9 @@ component exceeds E: (|A| + B) exp(t)/2 + (|A| - B) exp(-t)/2 >= |A| exp(-|t|), 
 
 Roundings.  A rotation by the hyperbolic angle a makes the larger component grow by at most exp(|a|).  So each
 component of v_i/K_i differs from that of u_i by at most E, the sum of |e_j|/K_(j+1) exp(sum of the angles
-after j), and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).  The errors e_j and d_j of step j are
-half a unit for each shift to the right; d_j of the standard kernel is more by half of the factor's last bit
-times T, of which the whole bit times the largest |C| is counted, since |T| <= |C| + D.
+after j), and T_i/K_i from C by at most D, the sum of |d_j|/K_(j+1).  `step_errors` has the errors e_j and d_j
+of step j, |T| being at most K (|C| + D).  Where the target stands for y, their distance is at most
+what y moves by the angle to go, from a solution where |x| and |y| are at most `largest_size`, and H, D and E.
 
 Decisions.  Call one wrong if it is not the sign of theta - psi_i.
 (a) A >= |B|: x > E, so the computed x is positive, the kernel compares, y(t) grows with t: a wrong decision
@@ -49,7 +49,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, Sequence, exact_angle
+from cordicc.arith.kernels.shift_sequences import Sequence
+from cordicc.arith.kernels.step_errors import NoBoundError, Sizes, step_errors
 from cordicc.base.arrays import Floats
 
 
@@ -92,7 +93,11 @@ class HyperbolicBound:
 
 
 def hyperbolic_residual_bound(
-    sequence: Sequence, fraction_bits: int, angle_bits: int, largest_target: float = 1.0
+    sequence: Sequence,
+    fraction_bits: int,
+    angle_bits: int,
+    largest_target: float = 1.0,
+    largest_size: float = math.inf,
 ) -> HyperbolicBound:
     """Bound the errors of a hyperbolic implicit kernel; the derivation is the module's text.
 
@@ -101,32 +106,37 @@ def hyperbolic_residual_bound(
         fraction_bits: of x, y and the target inside the kernel, guard bits included.
         angle_bits: fraction bits of z.
         largest_target: the largest |C|; start and target are exact.
+        largest_size: the largest |x| and |y| at a solution, which matters where the target stands for y.
 
     Raises:
-        ValueError: not hyperbolic.
+        ValueError: not hyperbolic, or the target stands for y too early.
     """
     if sequence.m != -1:
         raise ValueError(f"no bound for {sequence.name}: it must be hyperbolic")
-    half = math.ldexp(1.0, -fraction_bits - 1)
-    angles = [float(exact_angle(-1, s, sequence.root_free)) for s in sequence.shifts]
-    later = sum(angles)
+    place = math.ldexp(1.0, -fraction_bits)
+    angles = [float(angle) for angle in sequence.angles]
+    later, end = sum(angles), angles[-1] + _shortfall(angles)
     gain, vector, target = 1.0, 0.0, 0.0
-    for shift, angle in zip(sequence.shifts, angles, strict=True):
+    for number, angle in enumerate(angles):
+        left = later + end
         later -= angle
-        square = math.ldexp(1.0, -2 * shift)
-        if sequence.root_free:
-            gain *= 1 - square
-            error = half if shift == 1 else 2 * half
-            target_error = half
-        else:
-            gain *= math.sqrt(1 - square)
-            error = half
-            target_error = half + largest_target * math.ldexp(1.0, -FACTOR_BITS)
-        vector += error / gain * math.exp(later)
-        target += target_error / gain
+        # Of the errors to come each is at most two places.
+        come = 2.0 * (len(angles) - number)
+        rounded = (2 * (vector + come) + target + come) * math.exp(left) + vector + target + 2 * come
+        apart = gain * (largest_size / place * math.expm1(left) + rounded)
+        sizes = Sizes(math.inf, math.inf, gain * (largest_target / place + target), apart)
+        errors = step_errors(sequence, number, sizes)
+        gain *= errors.stretch
+        vector += errors.vector / gain * math.exp(later)
+        target += errors.target / gain
+        if sequence.is_settled(number) and max(errors.vector * math.exp(later), errors.target) > 2 * gain:
+            raise NoBoundError(
+                f"{sequence.name}: too few fraction bits for {len(angles)} iterations, "
+                "of which the last take the target for y"
+            )
+    vector, target = vector * place, target * place
     rounding = len(angles) * math.ldexp(1.0, -angle_bits - 1)
-    end = angles[-1] + _shortfall(angles) + rounding
-    return HyperbolicBound(end, vector, target, vector * math.exp(sum(angles)))
+    return HyperbolicBound(end + rounding, vector, target, vector * math.exp(sum(angles)))
 
 
 def _shortfall(angles: list[float]) -> float:

@@ -22,25 +22,26 @@ from cordicc.base.arrays import Integers
 Work = tuple[Integers, Integers, Integers]
 
 
-NEVER = -SHARES
+NEVER = -1
 """Below 0 before every step."""
 
 
 class NearEnd(NamedTuple):
-    """Where x > 0 and |y - target| are at most this, an implicit kernel turns to the end, see `end_of_reach`.
+    """Where x >= 0 and |target - y| are at most this, an implicit kernel turns to the end of reach.
 
-    Integers, or arrays of one for each sample, of the whole gain; the height `NEVER` keeps a sample from it.
+    See `end_of_reach`.  A negative target - y counts as its bits inverted, so that it may be one place more.
+    Multiples of `SHARES` less 1, or arrays of one for each sample, of the whole gain; the height `NEVER`
+    keeps a sample from it.
     """
 
     height: Integers | int
     width: Integers | int
 
     def before(self, stretched: int) -> NearEnd:
-        """Return what holds before a step, from the gain so far as a share of the whole one, rounded up."""
+        """Return what holds before a step, from the gain so far as a share of the whole one."""
         if stretched == SHARES:
             return self
-        height, width = ((each * stretched + SHARES - 1) // SHARES for each in self)
-        return NearEnd(height, width)
+        return NearEnd(*((each + 1) // SHARES * stretched - 1 for each in self))
 
 
 def shift_round(value: Integers, shift: int, out: Integers | None = None) -> Integers:
@@ -177,7 +178,7 @@ def implicit(
     work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     steps = zip(table.shifts, table.angles, table.target_factors, table.stretched, strict=True)
     for shift, angle, factor, stretched in steps:
-        direction = _towards(table.m, x, y, target, work, near and near.before(stretched))
+        direction = _towards(table.m, x, y, y, target, work, near and near.before(stretched))
         _turn(table.m, x, y, direction, shift, work)
         if factor:
             target += multiply_round(target, factor, FACTOR_BITS, table.coordinate_bits)
@@ -192,37 +193,52 @@ def implicit_root_free(
     """Turn (x, y) until y is the target and x >= 0, by root-free double rotations.
 
     x' = (1 - m h^2) x - 2 m s h y, y' = (1 - m h^2) y + 2 s h x, target' = (1 + m h^2) target, h = 2^-S.
-    Results as of `implicit`.
+    The last `singles` of the table are single, by h: x' = x - m s h y, y' = y + s h x,
+    target' = (1 + m h^2/2) target; in the last `settled` of them x' = x - m s h target, target stays, and
+    where x < 0 its sign is taken for that of y.  Results as of `implicit`.
     """
     m = table.m
     x, y, target, z = x.copy(), y.copy(), target.copy(), z.copy()
     work = np.empty_like(x), np.empty_like(x), np.empty_like(x)
     small = np.empty_like(x)
-    for shift, angle, stretched in zip(table.shifts, table.angles, table.stretched, strict=True):
-        direction = _towards(m, x, y, target, work, near and near.before(stretched))
-        step_x = shift_round(y, shift - 1, work[1])
+    steps = zip(table.shifts, table.angles, table.stretched, strict=True)
+    for number, (shift, angle, stretched) in enumerate(steps):
+        double, settled = number < table.doubles, number >= table.unsettled
+        level = target if settled else y
+        direction = _towards(m, x, y, level, target, work, near and near.before(stretched))
+        step_x = shift_round(level, shift - double, work[1])
         step_x *= direction
-        step_x += shift_round(x, 2 * shift, small)
-        step_y = shift_round(x, shift - 1, work[2])
+        step_y = shift_round(x, shift - double, work[2])
         step_y *= direction
+        if double:
+            step_x += shift_round(x, 2 * shift, small)
+            small = shift_round(y, 2 * shift, small)
+            step_y -= small if m > 0 else -small
         if m > 0:
-            step_y -= shift_round(y, 2 * shift, small)
             x -= step_x
-            target += shift_round(target, 2 * shift, small)
         else:
-            step_y += shift_round(y, 2 * shift, small)
             x += step_x
-            target -= shift_round(target, 2 * shift, small)
         y += step_y
+        if not settled:
+            grown = shift_round(target, 2 * shift + (not double), small)
+            target += grown if m > 0 else -grown
         direction *= angle
         z += direction
     return x, y, target, z
 
 
 def _towards(
-    m: int, x: Integers, y: Integers, target: Integers, work: Work, near: NearEnd | None
+    m: int,
+    x: Integers,
+    y: Integers,
+    level: Integers,
+    target: Integers,
+    work: Work,
+    near: NearEnd | None,
 ) -> Integers:
     """Return the direction towards the point with y = target and x >= 0; `work` is overwritten.
+
+    `level` has the sign of y, or is the target where it stands for y.
 
     Where x >= 0, y grows with the angle, so the comparison of y and target is that of the angles.
     Where x < 0 the vector has overshot and turns back: towards +x on the circle, along the branch of
@@ -231,16 +247,18 @@ def _towards(
     direction, other, _ = work
     np.subtract(target, y, out=direction)
     if near is not None:
-        close = np.asarray(np.abs(direction) <= near.height, dtype=bool)
+        np.invert(direction, out=other)
+        np.maximum(direction, other, out=other)
+        close = np.asarray(other <= near.height, dtype=bool)
         if close.any():
             # The extreme of y at x = 0: the greatest on the target's side of the circle, else the least.
-            close &= np.asarray((x > 0) & (x <= near.width), dtype=bool)
+            close &= np.asarray((x >= 0) & (x <= near.width), dtype=bool)
             direction[close] = m * sign(target[close])
     if x.dtype == object:
-        back = ~y if m > 0 else y
+        back = ~level if m > 0 else level
         return sign(np.where(x < 0, back, direction))
     # In two's complement the sign of a ^ ((a ^ b) & c) is that of b where c < 0, else that of a.
-    np.bitwise_xor(direction, y, out=other)
+    np.bitwise_xor(direction, level, out=other)
     if m > 0:
         np.invert(other, out=other)
     np.bitwise_and(other, x, out=other)

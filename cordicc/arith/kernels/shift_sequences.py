@@ -3,6 +3,10 @@
 m is the coordinate system: 1 circular, 0 linear, -1 hyperbolic.  The micro-rotation with shift S turns
 by alpha = atan 2^-S, 2^-S or atanh 2^-S and stretches by sqrt(1 + m 2^-2S) (J. S. Walther, 1971); the
 root-free one turns by 2 alpha (m = 0: 2 * 2^-S) and stretches by 1 + m 2^-2S (Krieger and Hosticka, 1996).
+
+Of root-free iterations a unit takes only those whose stretch as single ones is no sum of two powers of two
+for its target: sqrt(1 + m 2^-2S) is 1 + m 2^-(2S+1) but for 2^-(4S+3), which vanishes in later steps, and a
+single rotation has one adder a coordinate.  So later iterations of `blended` sequences are single.
 """
 
 from __future__ import annotations
@@ -26,13 +30,34 @@ KRIEGER96_ETA = (1, 1, -1, 1, 1, 0, 0, 1, 1, 0, 0, 1, -1, 1, -1, 1, -1, 1, 0, 1,
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
-    """A shift sequence: coordinate system, shifts, whether root-free, and scaling digits if any."""
+    """A shift sequence: coordinate system, shifts, whether root-free, and scaling digits if any.
+
+    `singles` are the last iterations of a root-free sequence that are single rotations, see `blended`; in
+    the last `settled` ones of them the target stands for y.
+    """
 
     name: str
     m: int
     shifts: tuple[int, ...]
     root_free: bool = False
     eta: tuple[int, ...] = ()
+    singles: int = 0
+    settled: int = 0
+
+    def is_double(self, number: int) -> bool:
+        """Return whether an iteration, counted from 0, turns by twice the angle of its shift."""
+        return self.root_free and number < len(self.shifts) - self.singles
+
+    def is_settled(self, number: int) -> bool:
+        """Return whether in an iteration, counted from 0, the target stands for y."""
+        return number >= len(self.shifts) - self.settled
+
+    @property
+    def angles(self) -> tuple[Any, ...]:
+        """The angles of the iterations as 160-bit numbers."""
+        return tuple(
+            exact_angle(self.m, shift, self.is_double(number)) for number, shift in enumerate(self.shifts)
+        )
 
     @property
     def gain(self) -> float:
@@ -47,7 +72,7 @@ class Sequence:
     @property
     def resolution(self) -> float:
         """The last angle: the largest error of z, or of the direction, without rounding."""
-        return float(exact_angle(self.m, self.shifts[-1], self.root_free))
+        return float(self.angles[-1])
 
     @property
     def converges(self) -> bool:
@@ -61,23 +86,19 @@ class Sequence:
 # Sizing a unit asks these of one sequence for thousands of widths.
 @cache
 def _domain(sequence: Sequence) -> float:
-    angles = _angles(sequence)
+    angles = sequence.angles
     return float(sum(angles) + angles[-1])
 
 
 @cache
 def _converges(sequence: Sequence) -> bool:
-    angles = _angles(sequence)
+    angles = sequence.angles
     rest = angles[-1]
     for angle in reversed(angles):
         if angle - rest > angles[-1] / 1024:
             return False
         rest += angle
     return True
-
-
-def _angles(sequence: Sequence) -> list[Any]:
-    return [exact_angle(sequence.m, shift, sequence.root_free) for shift in sequence.shifts]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +109,7 @@ class StepTable:
     `FACTOR_BITS` fraction bits.  Every coordinate of a kernel in int64 stays within +-2^`coordinate_bits`;
     this saves work and changes no result.  `inverse_gain` is 1/gain with one fraction bit more than that.
     `stretched` are the stretches before each step as a share of the largest, in units of 1/`SHARES`, rounded
-    up.  `eta` are the scaling digits of a sequence that has them.
+    up.  `eta`, `singles` and `settled` are those of the sequence.
     """
 
     m: int
@@ -99,6 +120,18 @@ class StepTable:
     coordinate_bits: int
     stretched: tuple[int, ...] = ()
     eta: tuple[int, ...] = ()
+    singles: int = 0
+    settled: int = 0
+
+    @property
+    def doubles(self) -> int:
+        """How many of the first iterations are double rotations, of a root-free sequence."""
+        return len(self.shifts) - self.singles
+
+    @property
+    def unsettled(self) -> int:
+        """How many of the first iterations have y in its own place."""
+        return len(self.shifts) - self.settled
 
     @property
     def domain(self) -> int:
@@ -108,7 +141,7 @@ class StepTable:
 
 FACTOR_BITS = 44
 
-SHARES = 16
+SHARES = 8
 
 COORDINATE_BITS = 44
 """Coordinates of kernels in int64 are at most 2^44 in magnitude: 40 fraction bits, and growth below 16."""
@@ -148,6 +181,35 @@ def root_free(m: int, iterations: int) -> Sequence:
     return Sequence({1: "root-free", -1: "root-free-hyperbolic"}[m], m, shifts, root_free=True)
 
 
+def blended(m: int, iterations: int, fraction_bits: int) -> Sequence:
+    """Return the root-free sequence whose later double rotations are single ones by 2^-(S-1).
+
+    A single one, by atan 2^(1-S) instead of 2 atan 2^-S, has no squares for the coordinates.  The target's
+    stretch is then 1 + m 2^(1-2S) but for 2^(1-4S), at most half a place.  Where the squares of the target
+    are below half a place it is settled, and y so near to it that a shift of it tells the same to half a
+    place; then it stands for y.
+
+    Args:
+        m: 1 or -1.
+        iterations: of them all.
+        fraction_bits: of coordinates: a place is 2^-fraction_bits of a block.
+    """
+    whole = root_free(m, iterations)
+    doubles = (fraction_bits + 1) // 4
+    turns = [(shift, False) if shift <= doubles else (shift - 1, True) for shift in whole.shifts]
+    return replace(
+        whole,
+        shifts=tuple(shift for shift, _ in turns),
+        singles=sum(single for _, single in turns),
+        settled=sum(single and 2 * shift >= fraction_bits + 4 for shift, single in turns),
+    )
+
+
+def implicit_sequence(rule: str, m: int, iterations: int, fraction_bits: int) -> Sequence:
+    """Return the sequence of a unit with an implicit rule; `fraction_bits` as in `blended`."""
+    return blended(m, iterations, fraction_bits) if rule == "root-free" else standard(m, iterations)
+
+
 def krieger96() -> Sequence:
     """Return the paper's circular sequence with its scaling digits."""
     return Sequence("krieger96", 1, KRIEGER96_SHIFTS, root_free=True, eta=KRIEGER96_ETA)
@@ -168,12 +230,18 @@ def exact_angle(m: int, shift: int, double: bool) -> Any:
 
 
 @cache
+def exact_stretch(m: int, shift: int, double: bool) -> Any:
+    """Return the factor by which one micro-rotation stretches as a 160-bit number."""
+    square = 1 + m * _mp.ldexp(_mp.mpf(1), -2 * shift)
+    return square if double else _mp.sqrt(square)
+
+
+@cache
 def exact_gain(sequence: Sequence) -> Any:
     """Return the product of the stretch factors as a 160-bit number."""
     gain = _mp.mpf(1)
-    for shift in sequence.shifts:
-        square = 1 + sequence.m * _mp.ldexp(_mp.mpf(1), -2 * shift)
-        gain *= square if sequence.root_free else _mp.sqrt(square)
+    for number, shift in enumerate(sequence.shifts):
+        gain *= exact_stretch(sequence.m, shift, sequence.is_double(number))
     return gain
 
 
@@ -191,16 +259,19 @@ def fixed(value: Any, fraction_bits: int) -> int:
 
 
 @cache
-def _target_factor(m: int, shift: int) -> int:
-    return fixed(_mp.sqrt(1 + m * _mp.ldexp(_mp.mpf(1), -2 * shift)) - 1, FACTOR_BITS)
+def target_factor(m: int, shift: int) -> int:
+    """Return sqrt(1 + m 2^-2S) - 1, by which a target grows, with `FACTOR_BITS` fraction bits."""
+    return fixed(exact_stretch(m, shift, False) - 1, FACTOR_BITS)
 
 
 def _stretched(sequence: Sequence) -> tuple[int, ...]:
-    before = [
-        exact_gain(replace(sequence, shifts=sequence.shifts[:count])) for count in range(len(sequence.shifts))
-    ]
-    largest = max([*before, exact_gain(sequence)])
-    return tuple(int(_mp.ceil(SHARES * gain / largest)) for gain in before)
+    gain = _mp.mpf(1)
+    before = [gain]
+    for number, shift in enumerate(sequence.shifts):
+        gain *= exact_stretch(sequence.m, shift, sequence.is_double(number))
+        before.append(gain)
+    largest = max(before)
+    return tuple(int(_mp.ceil(SHARES * gain / largest)) for gain in before[:-1])
 
 
 @cache
@@ -209,13 +280,17 @@ def step_table(sequence: Sequence, angle_bits: int, coordinate_bits: int = COORD
 
     `coordinate_bits` bounds the coordinates, as `StepTable` says, growth by the gain included.
     """
-    m = sequence.m
-    factors = tuple(_target_factor(m, shift) for shift in sequence.shifts)
-    angles = tuple(fixed(exact_angle(m, s, sequence.root_free), angle_bits) for s in sequence.shifts)
-    inverse_gain = fixed(1 / exact_gain(sequence), coordinate_bits + 1)
-    stretched = _stretched(sequence)
     return StepTable(
-        m, sequence.shifts, angles, factors, inverse_gain, coordinate_bits, stretched, sequence.eta
+        m=sequence.m,
+        shifts=sequence.shifts,
+        angles=tuple(fixed(angle, angle_bits) for angle in sequence.angles),
+        target_factors=tuple(target_factor(sequence.m, shift) for shift in sequence.shifts),
+        inverse_gain=fixed(1 / exact_gain(sequence), coordinate_bits + 1),
+        coordinate_bits=coordinate_bits,
+        stretched=_stretched(sequence),
+        eta=sequence.eta,
+        singles=sequence.singles,
+        settled=sequence.settled,
     )
 
 

@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from cordicc.arith.kernels import micro_rotations, shift_sequences
+from cordicc.arith.kernels import micro_rotations
 from cordicc.arith.kernels.blocks import (
     WIDE_BITS,
     ZERO_EXPONENT,
@@ -37,7 +37,14 @@ from cordicc.arith.kernels.reduction import (
     reduce_hyperbolic,
     sum_and_difference,
 )
-from cordicc.arith.kernels.shift_sequences import Sequence, StepTable, pi_fixed
+from cordicc.arith.kernels.shift_sequences import (
+    Sequence,
+    StepTable,
+    implicit_sequence,
+    pi_fixed,
+    standard,
+    step_table,
+)
 from cordicc.arith.numbers.slack import EXACT, Rows, Slack, rows_for
 from cordicc.arith.unit import implicit as implicit_unit
 from cordicc.arith.unit.reach import reach_table
@@ -123,11 +130,10 @@ class Cau:
         Where the equation has no solution, but would have one with C changed by the slack, t is the end of
         reach and the rest 0.  Raises ValueError if the unit has no implicit rule.
         """
-        if self.rule is None:
-            raise ValueError("this unit has no implicit mode")
+        table = implicit_table(self, m, slack)
         valid, operands = _operands(A, B, C)
         solve = implicit_unit.circular if m == 1 else implicit_unit.hyperbolic
-        angle, rest = solve(branch, operands, implicit_table(self, m, slack))
+        angle, rest = solve(branch, operands, table)
         return _delivered(angle, valid), _delivered(rest, valid)
 
     def _unpack(self, values: Floats) -> Scaled:
@@ -290,31 +296,35 @@ def _delivered(values: Floats, valid: Bools) -> Floats:
     return np.where(valid & ~np.isnan(values), inside, np.nan)
 
 
-def _sequence(m: int, unit: Cau, root_free: bool) -> Sequence:
-    return (shift_sequences.root_free if root_free else shift_sequences.standard)(m, unit.iterations)
-
-
 @cache
-def _table(m: int, unit: Cau, root_free: bool) -> StepTable:
-    sequence = _sequence(m, unit, root_free)
-    return shift_sequences.step_table(sequence, unit.angle_bits, unit.fraction_bits + INTEGER_BITS)
+def _table(unit: Cau, sequence: Sequence) -> StepTable:
+    return step_table(sequence, unit.angle_bits, unit.fraction_bits + INTEGER_BITS)
 
 
 def standard_table(unit: Cau, m: int) -> StepTable:
     """Return the constants of the unit's standard iterations."""
-    return _table(m, unit, False)
+    return _table(unit, standard(m, unit.iterations))
+
+
+def implicit_iterations(unit: Cau, m: int) -> Sequence:
+    """Return the sequence of the unit's implicit iterations.  Raises ValueError if it has no rule."""
+    if unit.rule is None:
+        raise ValueError("this unit has no implicit mode")
+    return implicit_sequence(unit.rule, m, unit.iterations, unit.fraction_bits)
 
 
 def implicit_steps(unit: Cau, m: int) -> StepTable:
-    """Return the constants of the unit's implicit iterations."""
-    return _table(m, unit, unit.rule == "root-free")
+    """Return the constants of the unit's implicit iterations.  Raises as `implicit_iterations`."""
+    return _table(unit, implicit_iterations(unit, m))
 
 
 @cache
 def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.ImplicitTable:
-    """Return the kernel, the widths and the constants of the unit's implicit iterations."""
+    """Return the kernel, the widths and the constants of the unit's implicit iterations.
+
+    Raises as `implicit_iterations`.
+    """
     root_free = unit.rule == "root-free"
-    sequence = _sequence(m, unit, root_free)
     return implicit_unit.ImplicitTable(
         kernel=micro_rotations.implicit_root_free if root_free else micro_rotations.implicit,
         steps=implicit_steps(unit, m),
@@ -322,5 +332,5 @@ def implicit_table(unit: Cau, m: int, slack: Slack = EXACT) -> implicit_unit.Imp
         operand_bits=unit.operand_bits,
         fraction_bits=unit.fraction_bits,
         angle_bits=unit.angle_bits,
-        reach=reach_table(sequence, unit.fraction_bits, unit.angle_bits, slack),
+        reach=reach_table(implicit_iterations(unit, m), unit.fraction_bits, unit.angle_bits, slack),
     )

@@ -68,20 +68,23 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     side = np.where(negated, -1, 1)
     x *= side
     y *= side
-    z = np.where(negated, -half_turn, 0)
+    start = np.where(negated, -half_turn, 0)
     quarter = (half_turn + 1) >> 1
     near = table.reach.at(exponent)
     # With A or B alone the norm is known: the end is where |C| is equal to it, and its angle too.
     alone = (A == 0) | (B == 0)
+    below = sign(target)
     excess = np.abs(target) - np.abs(x) - np.abs(y)
     at_end = alone & (excess <= near.slack) & (-excess <= near.within)
-    across = sign(target) * np.where(A == 0, np.where((y < 0) == (target < 0), 0, half_turn), quarter)
-    end = np.where(at_end, z + across, 0)
+    across = np.where(A == 0, np.where((y < 0) == (target < 0), 0, half_turn), quarter)
+    # A target below 0 is that of the mirror image: of -y, and of the angle the other way round.
+    y, target = y * below, target * below
+    z = np.zeros_like(x)
     if table.quarter_turns:
         x, y, z = quarter_turn(x, y, target, z, quarter)
     turning = near.thresholds(target, table.fraction_bits, alone)
     x, y, target, z = table.kernel(x, y, target, z, table.steps, turning)
-    z, x = np.where(at_end, end, z), np.where(at_end, 0, x)
+    z, x = start + below * np.where(at_end, across, z), np.where(at_end, 0, x)
     # With A = 0 < B the formula is +-acos(C/B), which has one sign.
     np.clip(
         z,
@@ -92,7 +95,7 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     if branch == "+":
         z = -z
     # Where there is no solution y cannot reach the target; beyond it is where the kernel turned to the end.
-    solved = np.where(alone, excess <= near.slack, np.abs(target) - np.abs(y) <= near.short)
+    solved = np.where(alone, excess <= near.slack, target - y <= near.short)
     solved &= (A != 0) | (B != 0)
     return _results(solved, z, Scaled(x, exponent), table)
 

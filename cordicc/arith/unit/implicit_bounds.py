@@ -34,16 +34,13 @@ from cordicc.arith.kernels.circular_bound import implicit_residual_bound
 from cordicc.arith.kernels.end_of_reach import EndOfReach, end_of_reach
 from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH, near_target
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
-from cordicc.arith.kernels.shift_sequences import Sequence, root_free, standard
-from cordicc.arith.unit.cau import Cau, implicit_steps
+from cordicc.arith.kernels.shift_sequences import Sequence
+from cordicc.arith.kernels.step_errors import NoBoundError
+from cordicc.arith.unit.cau import Cau, implicit_iterations, implicit_steps
 from cordicc.arith.unit.unit_bounds import PRODUCT_ROUNDING, LengthBound, composed, gain_error
 from cordicc.base.arrays import Floats
 
 _TOO_FEW = "{} fraction bits are too few for {} iterations"
-
-
-class NoBoundError(ValueError):
-    """The derivation needs more fraction bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +94,7 @@ def implicit_bound(unit: Cau, m: int) -> ImplicitUnitBound:
         ValueError: no implicit rule.
         NoBoundError: too few fraction bits.
     """
-    if unit.rule is None:
-        raise ValueError("this unit has no implicit mode")
-    make = root_free if unit.rule == "root-free" else standard
-    return (_circular if m == 1 else _hyperbolic)(unit, make(m, unit.iterations))
+    return (_circular if m == 1 else _hyperbolic)(unit, implicit_iterations(unit, m))
 
 
 def _circular(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
@@ -122,7 +116,9 @@ def _circular(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
 
 def _hyperbolic(unit: Cau, sequence: Sequence) -> ImplicitUnitBound:
     place = math.ldexp(math.exp(HYPERBOLIC_REACH), 1 - unit.fraction_bits)  # at most this of S
-    kernel = hyperbolic_residual_bound(sequence, 0, unit.angle_bits, math.ldexp(1.0, unit.fraction_bits))
+    largest = math.ldexp(1.0, unit.fraction_bits)
+    spread = math.exp(HYPERBOLIC_REACH) * largest
+    kernel = hyperbolic_residual_bound(sequence, 0, unit.angle_bits, largest, spread)
     if math.ldexp(math.exp(-HYPERBOLIC_REACH), unit.fraction_bits - 1) < 2 * kernel.smallest_start:
         raise NoBoundError(_TOO_FEW.format(unit.fraction_bits, unit.iterations))
     vector = kernel.vector_rounding

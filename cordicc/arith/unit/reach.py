@@ -11,7 +11,7 @@ import numpy as np
 from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, end_of_reach
 from cordicc.arith.kernels.gaps import largest_gap
 from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd
-from cordicc.arith.kernels.shift_sequences import Sequence
+from cordicc.arith.kernels.shift_sequences import SHARES, Sequence
 from cordicc.arith.numbers.slack import Rows, Slack, rows_for
 from cordicc.base.arrays import Bools, Int64s
 
@@ -20,9 +20,9 @@ class Near(NamedTuple):
     """Integers in places: what counts as the end, the kernel's thresholds, how far y ends from the target.
 
     The end is where |C| is at most `slack` beyond it, or `within` before it.  The kernel's width is `room`
-    and as much of `rise` as the root of |C| tells.  `short` is how far y may end on the near side of the
-    target where there is a solution, `beyond` on the other: there the kernel turns to the end, if that is no
-    farther than it can tell.
+    and as much of `rise` as the root of |C| tells, see `EndOfReach`.  `short` is how far y may end on the
+    near side of the target where there is a solution, `beyond` on the other: there the kernel turns to the
+    end, if that is no farther than it can tell.
     """
 
     slack: Int64s
@@ -37,7 +37,7 @@ class Near(NamedTuple):
         """Return the thresholds of a kernel for targets in places; `NEVER` where a sample is kept from it."""
         sixteenths = np.minimum(np.abs(target) >> (fraction_bits - 4), SIXTEENTHS)
         width = (self.rise * _ROOTS[sixteenths] + (ROOT_SCALE - 1)) // ROOT_SCALE + self.room
-        return NearEnd(np.where(kept, NEVER, self.height), width)
+        return NearEnd(np.where(kept, NEVER, self.height), width | (SHARES - 1))
 
 
 _ROOTS = np.array(ROOTS, dtype=np.int64)

@@ -17,8 +17,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from cordicc.arith.kernels.step_errors import NoBoundError
 from cordicc.arith.unit.cau import INTEGER_BITS, Cau
-from cordicc.arith.unit.implicit_bounds import NoBoundError, implicit_bound
+from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import (
     LengthBound,
     VectoringBound,

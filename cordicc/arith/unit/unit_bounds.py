@@ -52,7 +52,6 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cordicc.arith.kernels.circular_bound import shift_error
 from cordicc.arith.kernels.reduction import LARGEST_REMAINDER, QUARTER_GUARD_BITS, QuarterTurns
 from cordicc.arith.kernels.shift_sequences import (
     Sequence,
@@ -63,6 +62,7 @@ from cordicc.arith.kernels.shift_sequences import (
     standard,
     step_table,
 )
+from cordicc.arith.kernels.step_errors import shift_error
 from cordicc.arith.unit.cau import Cau, standard_table
 
 Length = TypeVar("Length", float, NDArray[np.float64])

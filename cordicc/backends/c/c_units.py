@@ -13,7 +13,7 @@ from cordicc.arith.kernels.reduction import (
     TAU_BITS,
     phase_constants,
 )
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable, inverse_ln2_fixed, pi_fixed
 from cordicc.arith.numbers.slack import Slack
 from cordicc.arith.unit.cau import Cau, implicit_steps, implicit_table, standard_table
 from cordicc.backends.c.c_sections import int64
@@ -104,6 +104,7 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "OB": cau.operand_bits,
         "steps": {name: Steps(table) for name, table in tables.items()},
         "never": NEVER,
+        "share_bits": SHARES.bit_length() - 1,
         "pi": pi_fixed(cau.angle_bits),
         "to_16_bits": _to_16_bits("angle", cau.angle_bits),
         "inverse_ln2": inverse_ln2_fixed(30),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from cordicc.arith.kernels.step_errors import NoBoundError
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.unit.arithmetic import Arithmetic
-from cordicc.arith.unit.implicit_bounds import NoBoundError
 from cordicc.arith.unit.sizing import LAST_ROUNDING_ULP, internal_errors_ulp
 from cordicc.plan.model import Plan
 from cordicc.targets.target import CAU_KINDS, function_name
