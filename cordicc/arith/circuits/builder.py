@@ -184,10 +184,14 @@ class CircuitBuilder:
         a, b = self.of(a), self.of(b)
         if b.lo == b.hi == 0:
             return a
+        if a.number == b.number:
+            return self.of(0)
+        if b.cell.kind == "negif":
+            inner, minus = (CircuitSignal(self, number) for number in b.cell.operands)
+            return self.addsub(a, inner, ~minus)
         floor, half = self._parts(b)
         if half is not None:
-            parts = (a, floor, self.of(1), self.invert(half))
-            return self._cell("addsub", parts, (), a.lo - b.hi, a.hi - b.lo)
+            return self._cell("subc", (a, floor, half), (), a.lo - b.hi, a.hi - b.lo)
         return self._cell("sub", (a, b), (), a.lo - b.hi, a.hi - b.lo)
 
     def addsub(self, a: Operand, b: Operand, minus: CircuitSignal) -> CircuitSignal:
@@ -197,6 +201,8 @@ class CircuitBuilder:
             return a
         if minus.lo == minus.hi:
             return self.sub(a, b) if minus.lo else self.add(a, b)
+        if a.lo == a.hi == 0:
+            return self.negif(b, minus)
         ends = (a.lo + b.lo, a.lo - b.hi), (a.hi + b.hi, a.hi - b.lo)
         floor, half = self._parts(b)
         carry = minus if half is None else half ^ minus
@@ -213,6 +219,9 @@ class CircuitBuilder:
     def negif(self, a: Operand, minus: CircuitSignal) -> CircuitSignal:
         """Return -a where a bit is 1, else a."""
         a = self.of(a)
+        if a.cell.kind == "negif":
+            inner, sign = (CircuitSignal(self, number) for number in a.cell.operands)
+            return self.negif(inner, sign ^ minus)
         return self._cell("negif", (a, minus), (), min(a.lo, -a.hi), max(a.hi, -a.lo))
 
     def size(self, a: CircuitSignal) -> CircuitSignal:
@@ -232,6 +241,9 @@ class CircuitBuilder:
         a = self.of(a)
         if count < 0:
             return self.shr(a, -count)
+        if a.cell.kind == "negif" and count:
+            inner, minus = (CircuitSignal(self, number) for number in a.cell.operands)
+            return self.negif(self.shl(inner, count), minus)
         return a if not count else self._cell("shl", (a,), (count,), a.lo << count, a.hi << count)
 
     def shr(self, a: Operand, count: int) -> CircuitSignal:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
-from cordicc.arith.circuits.limits import clipped
 from cordicc.arith.circuits.near_end import Limit, NearColumns
 from cordicc.arith.circuits.uses import Modes, Word
 from cordicc.arith.circuits.words import block
@@ -72,16 +71,14 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     one_sign = no_a & (B > 0)
     negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
     near = NearColumns.of(modes, {n: table.reach for n, table in tables.items()}, place)
-    x, y, target = joined.mantissas
     # The start is turned to x >= 0, branch "+" is the mirror image; so is a target below 0.
-    down = b.named("down", b.negative(target))
-    x = b.narrowed(b.negif(x, negated ^ plus), 0, x.hi)
-    opposite = b.negative(y) ^ negated ^ down
-    y = b.negif(y, negated ^ down)
-    target = b.size(target)
-    excess = target - x - b.size(y)
-    at_end = b.named("at_end", alone & (excess <= near.slack) & (-excess <= near.within))
+    x, size, target = joined.sizes
+    down = b.named("down", b.negative(words[2].bits))
+    opposite = b.named("opposite", b.negative(B) ^ negated ^ down)
+    y = b.negif(size, opposite)
+    excess = target - (x | size)  # of A or B alone
     beyond = excess > near.slack
+    at_end = b.named("at_end", alone & ~beyond & (excess >= -near.within))
     height, width = near.limits(target, unit.fraction_bits)
     z = b.of(0)
     if next(iter(tables.values())).quarter_turns:
@@ -96,11 +93,14 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
         kept = b.together((last.z, negated, no_a, opposite, one_sign), 0.0)
         turned, negated_, no_a_, opposite_, one_sign_ = kept
         end = b.mux(no_a_, quarter, b.mux(opposite_, 0, half_turn))
-        first = b.mux(negated_, 0, -half_turn)
-        angle = b.addsub(first, b.mux(at_end, turned, end), down)
-        least, most = b.mux(one_sign_, -2 * half_turn, -half_turn), b.mux(one_sign_, 2 * half_turn, 0)
-        angle = clipped(b, angle, least, most)
+        # The angle is from -pi to 0 for A = 0 < B, else at least -2 pi; for branch "+" it is the negative.
+        beneath = down & (one_sign_ | negated_) & (turned > half_turn)
+        turned = b.mux(beneath, b.mux(at_end, turned, end), half_turn)
+        first = b.mux(negated_, 0, b.mux(plus, -half_turn, half_turn))
+        angle = b.addsub(first, turned, down ^ plus)
+        above = one_sign_ & ~(b.negative(angle) ^ plus)
+        angle = b.mux(above, angle, 0)
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
-        return Solved(b.negif(angle, plus), rest, place, possible)
+        return Solved(angle, rest, place, possible)
 
     return Begun(start, height, width, near.short.hi, finish)

@@ -71,6 +71,7 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "register": lambda cell, a: a,
     "add": lambda cell, a, b: a + b,
     "addc": lambda cell, a, b, c: a + b + c,
+    "subc": lambda cell, a, b, c: a - b - c,
     "sub": lambda cell, a, b: a - b,
     "addsub": lambda cell, a, b, c, d: a + b * (1 - 2 * c) - c + d,
     "negif": lambda cell, a, c: a * (1 - 2 * c),

@@ -35,6 +35,10 @@ def shlv(
 ) -> CircuitSignal:
     """Return a 2^count, a multiplexer a bit of the count; it is known to lie within a range perhaps."""
     found = b.of(a)
+    if within is not None and count.lo > 0:
+        # The part of every count is no multiplexer's, and what the others move has fewer bits.
+        least = count.lo
+        return shlv(b, a, count - least, (within[0] >> least, -(-within[1] >> least))) << least
     for place in reversed(range(count.hi.bit_length())):
         found = b.mux(b.bit(count, place), found, found << (1 << place))
         if within is not None:

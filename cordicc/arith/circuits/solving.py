@@ -108,8 +108,10 @@ class _Iterations:
         gap, lost = target - y, b.of(0)
         if unsettled < self._unit.iterations:
             limit = self._largest_gap(unsettled)
-            if limit < max(-gap.lo, gap.hi):
-                lost = b.named("lost", ~((gap <= limit) & (gap >= -limit)))
+            bits = limit.bit_length()
+            if bits + 1 < gap.width:
+                above = gap >> bits
+                lost = b.named("lost", ~(above.equals(0) | above.equals(-1)))
                 gap = b.narrowed(gap, -limit, limit, loose=True)
         for number in range(unsettled, self._unit.iterations):
             with self._step(number):
@@ -136,7 +138,8 @@ class _Iterations:
         x, y, target, z = moving
         gap = target - y
         if len(self._systems) == 1 and self._systems[0].m == 1:
-            gap = b.narrowed(gap, -self._limit(number), self._limit(number), loose=True)
+            limit = self._gap_to_go(number)
+            gap = b.narrowed(gap, -limit, limit, loose=True)
         ahead = self._ahead_of(number, x, gap)
         up = b.named("up", b.mux(b.negative(x), ahead, b.negative(y) ^ self._bent))
         move = self._chosen([self._moves(number, system, x, y, target) for system in self._systems])
@@ -212,6 +215,18 @@ class _Iterations:
             square = math.ldexp(1.0, -2 * shift)
             gain *= 1 + square if double and at < table.doubles else math.sqrt(1 + square)
         return math.ceil(math.ldexp(gain * (1 + 2.0**-6), self._unit.fraction_bits)) + 64
+
+    def _gap_to_go(self, number: int) -> int:
+        """Return the largest |target - y| before a step on the circle where the direction matters.
+
+        The vector is at most the turns to come from the target, or half a turn: the norm times this angle,
+        the roundings, and what y may end from the target, or the end of reach be, are between them.
+        """
+        table, begun = self._systems[0].table, self._systems[0].begun
+        angles = table.angles[number:] + table.angles[-1:]
+        left = min(math.pi, math.ldexp(sum(angles), -self._unit.angle_bits))
+        height = begun.height.multiple.hi << begun.height.places
+        return math.ceil(self._limit(number) * left) + 4 * begun.largest_gap + height
 
     def _largest_gap(self, number: int) -> int:
         """Return the largest |target - y| before a settled step of what ends within the largest gap."""

@@ -12,9 +12,10 @@ from cordicc.arith.circuits.uses import Format, Word
 
 
 class Block(NamedTuple):
-    """Mantissas of numbers under a common exponent: mantissa * 2^(exponent - bits)."""
+    """Mantissas of numbers under a common exponent: mantissa * 2^(exponent - bits); and their sizes."""
 
     mantissas: tuple[CircuitSignal, ...]
+    sizes: tuple[CircuitSignal, ...]
     exponent: CircuitSignal
 
 
@@ -43,13 +44,17 @@ def block(b: CircuitBuilder, words: Sequence[Word], bits: int) -> Block:
         for end in ends[1:]:
             exponent = greater(b, exponent, end)
     exponent = b.named("exponent", exponent)
-    made = []
-    for word in words:
+    made, magnitudes = [], []
+    for word, size in zip(words, sizes, strict=True):
         # Nothing of it is left below the last place, and no number is longer than its word.
         right = exponent + word.fraction - bits
         right = b.narrowed(right, -bits, right.hi, loose=True)  # of zeros alone it is less, and all the same
-        made.append(shifted(b, word.bits, right, word.bits.width + 1, (-(1 << bits), 1 << bits)))
-    return Block(tuple(made), exponent)
+        most = word.bits.width + 1
+        made.append(shifted(b, word.bits, right, most, (-(1 << bits), 1 << bits)))
+        # Where nothing is rounded the size has the same shift.
+        exact = right.hi <= 0
+        magnitudes.append(shifted(b, size, right, most, (0, 1 << bits)) if exact else b.size(made[-1]))
+    return Block(tuple(made), tuple(magnitudes), exponent)
 
 
 def at_fraction(b: CircuitBuilder, word: Word, fraction: int) -> CircuitSignal:
@@ -93,7 +98,6 @@ def encoded_angle(
         return result
     near = (mantissa <= format_.still) & (mantissa >= -format_.still)
     near = near & b.of(exponent).equals(-angle_bits)
-    word = result.word
-    word = b.mux(near & (word > format_.pi), word, format_.pi)
-    word = b.mux(near & (word < -format_.pi), word, -format_.pi)
+    above, below = result.word > format_.pi, result.word < -format_.pi
+    word = b.mux(near & above, b.mux(near & below, result.word, -format_.pi), format_.pi)
     return WordResult(word, result.valid)

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.arith.kernels.step_errors import NoBoundError
-from cordicc.arith.unit.cau import INTEGER_BITS, Cau
+from cordicc.arith.unit.cau import INTEGER_BITS, Cau, implicit_iterations
 from cordicc.arith.unit.implicit_bounds import implicit_bound
 from cordicc.arith.unit.unit_bounds import (
     LengthBound,
@@ -83,8 +83,8 @@ def size_unit(
 ) -> Size:
     """Return the unit with the fewest adder bits that keeps all results of the operations within an error.
 
-    An iteration has two adders for coordinates and one for the angle.  Of units with as many adder bits,
-    that of the fewest iterations is taken, then of the fewest fraction bits.
+    Adders are those of `adder_bits`.  Of units with as many adder bits, that of the fewest iterations is
+    taken, then of the fewest fraction bits.
 
     Args:
         operations: names in `OPERATIONS`.
@@ -98,7 +98,7 @@ def size_unit(
     best: Size | None = None
     iterations = FEWEST_ITERATIONS
     while iterations <= MOST_FRACTION_BITS and (
-        best is None or _least_bits(iterations, word_bits) < best.adder_bits
+        best is None or _least_bits(iterations, word_bits, rule) < best.adder_bits
     ):
         best = _narrowest(operations, word_bits, largest_error_ulp, rule, iterations, best)
         iterations += 1
@@ -118,7 +118,8 @@ def _narrowest(
     best: Size | None,
 ) -> Size | None:
     """Return the best unit with a number of iterations if it has fewer adder bits than `best`, else that."""
-    for fraction_bits in range(word_bits, MOST_FRACTION_BITS + 1):
+    # Shifts by more than all the bits move nothing.
+    for fraction_bits in range(max(word_bits, iterations - 2), MOST_FRACTION_BITS + 1):
         widest = Cau(fraction_bits, iterations, rule, word_bits, MOST_ANGLE_BITS)
         if not _error_within(widest, operations, word_bits, allowed_ulp):
             continue
@@ -147,14 +148,25 @@ def _error_within(unit: Cau, operations: Sequence[str], word_bits: int, allowed_
 
 
 def adder_bits(unit: Cau) -> int:
-    """Return the bits of all adders of the iterations, but that of an implicit unit's target."""
+    """Return the bits of all adders of the iterations.
+
+    A standard iteration has two for coordinates and one for the angle, a single-rotation one compares and
+    adds to the target besides.  Root-free ones have four for coordinates, two besides and a quarter of one
+    for the angle, whose directions a table knows; with single rotations two fewer; where the target stands
+    for y one for x and half of one for its distance.
+    """
     coordinate, angle = unit.fraction_bits + INTEGER_BITS, unit.angle_bits + _ANGLE_INTEGER_BITS
-    return unit.iterations * (2 * coordinate + angle)
+    if unit.rule != "root-free":
+        return unit.iterations * ((2 if unit.rule is None else 4) * coordinate + angle)
+    sequence = implicit_iterations(unit, 1)
+    doubles = unit.iterations - sequence.singles
+    halves = 12 * doubles + 8 * (sequence.singles - sequence.settled) + 3 * sequence.settled
+    return halves * coordinate // 2 + unit.iterations * angle // 4
 
 
-def _least_bits(iterations: int, word_bits: int) -> int:
+def _least_bits(iterations: int, word_bits: int, rule: str | None) -> int:
     """Return the adder bits of the narrowest unit with a number of iterations."""
-    return adder_bits(Cau(word_bits, iterations, None, word_bits, max(word_bits, FEWEST_ANGLE_BITS)))
+    return adder_bits(Cau(word_bits, iterations, rule, word_bits, max(word_bits, FEWEST_ANGLE_BITS)))
 
 
 def _length(bound: LengthBound, unit: Cau, word_bits: int, largest: float = 1.0) -> float:

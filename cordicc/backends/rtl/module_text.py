@@ -90,6 +90,12 @@ class _Module:
                 yield f"        {literal(at, index.width)}: {name} = {literal(value, cell.width)};"
             yield f"        default: {name} = {literal(cell.params[-1], cell.width)};"
             yield "    endcase"
+        elif cell.kind == "subc":
+            # The half is a place below the last: one chain of carries, and no operand is inverted.
+            one, other = (self._whole(each, cell.width) for each in cell.operands[:2])
+            half = self._whole(cell.operands[2], 1)
+            yield f"    wire [{cell.width}:0] {name}_halves = {{{one}, 1'b0}} - {{{other}, {half}}};"
+            yield f"    wire {self._declared(number, name)} = {name}_halves[{cell.width}:1];"
         else:
             yield f"    wire {self._declared(number, name)} = {_TEXTS[cell.kind](self, cell)};"
 
@@ -97,11 +103,13 @@ class _Module:
         bits = []
         for number, cell in enumerate(self._cells):
             left = sorted(set(range(cell.width)) - self._read[number])
-            if cell.kind == "constant" or not left:
+            if cell.kind == "constant":
                 continue
             for _, run in groupby(enumerate(left), key=lambda each: each[1] - each[0]):
                 places = [place for _, place in run]
                 bits.append(self._slice(number, places[0], places[-1]))
+            if cell.kind == "subc":
+                bits.append(f"{self._taken[number]}_halves[0]")
         if bits:
             yield ""
             yield "    // Bits below the last place of a result, and above what its range needs."
@@ -194,11 +202,8 @@ def _sum(sign: str) -> Callable[[_Module, Gate], str]:
 def _addsub(module: _Module, cell: Gate) -> str:
     a, b, minus, carry = cell.operands
     width = cell.width
-    second, last = module.whole(b, width), module.whole(carry, 1)
-    if module.cell(minus).kind == "constant":
-        second = f"~{second}"
-    else:
-        second = f"({second} ^ {{{width}{{{module.whole(minus, 1)}}}}})"
+    last = module.whole(carry, 1)
+    second = f"({module.whole(b, width)} ^ {{{width}{{{module.whole(minus, 1)}}}}})"
     if width > 1:
         last = f"{{{width - 1}'d0, {last}}}"
     return f"{module.whole(a, width)} + {second} + {last}"

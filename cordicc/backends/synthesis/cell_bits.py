@@ -10,7 +10,15 @@ from cordicc.arith.circuits.circuit import Circuit, Gate
 from cordicc.backends.synthesis.live_bits import register_bits
 from cordicc.targets.device import Device
 
-_ADDERS = {"add": "add", "addc": "add", "sub": "add", "addsub": "addsub", "negif": "negif", "round": "round"}
+_ADDERS = {
+    "add": "add",
+    "addc": "add",
+    "sub": "add",
+    "subc": "add",
+    "addsub": "addsub",
+    "negif": "negif",
+    "round": "round",
+}
 _LOGIC = ("and", "or", "xor", "not")
 _SHIFT_REGISTER = 3
 """Registers in a row, at the least, of which tools make a shift register where the chip has some."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from cordicc.arith.circuits.circuit import Circuit, Gate
 
-_SUMS = frozenset(("add", "sub", "addc", "addsub", "negif"))
+_SUMS = frozenset(("add", "sub", "addc", "subc", "addsub", "negif"))
 _SAME = frozenset(("register", "narrow", "cut", "and", "or", "xor", "not"))
 
 
