@@ -186,9 +186,8 @@ class CircuitBuilder:
             return a
         if a.number == b.number:
             return self.of(0)
-        if b.cell.kind == "negif":
-            inner, minus = (CircuitSignal(self, number) for number in b.cell.operands)
-            return self.addsub(a, inner, ~minus)
+        if (parts := self.negif_of(b)) is not None:
+            return self.addsub(a, parts[0], ~parts[1])
         floor, half = self._parts(b)
         if half is not None:
             return self._cell("subc", (a, floor, half), (), a.lo - b.hi, a.hi - b.lo)
@@ -219,10 +218,16 @@ class CircuitBuilder:
     def negif(self, a: Operand, minus: CircuitSignal) -> CircuitSignal:
         """Return -a where a bit is 1, else a."""
         a = self.of(a)
-        if a.cell.kind == "negif":
-            inner, sign = (CircuitSignal(self, number) for number in a.cell.operands)
-            return self.negif(inner, sign ^ minus)
+        if (parts := self.negif_of(a)) is not None:
+            return self.negif(parts[0], parts[1] ^ minus)
         return self._cell("negif", (a, minus), (), min(a.lo, -a.hi), max(a.hi, -a.lo))
+
+    def negif_of(self, a: CircuitSignal) -> tuple[CircuitSignal, CircuitSignal] | None:
+        """Return a number and the bit that negates it, of which a signal is made, else None."""
+        if a.cell.kind != "negif":
+            return None
+        number, minus = (CircuitSignal(self, each) for each in a.cell.operands)
+        return number, minus
 
     def size(self, a: CircuitSignal) -> CircuitSignal:
         """Return |a|."""
@@ -241,9 +246,8 @@ class CircuitBuilder:
         a = self.of(a)
         if count < 0:
             return self.shr(a, -count)
-        if a.cell.kind == "negif" and count:
-            inner, minus = (CircuitSignal(self, number) for number in a.cell.operands)
-            return self.negif(self.shl(inner, count), minus)
+        if count and (parts := self.negif_of(a)) is not None:
+            return self.negif(self.shl(parts[0], count), parts[1])
         return a if not count else self._cell("shl", (a,), (count,), a.lo << count, a.hi << count)
 
     def shr(self, a: Operand, count: int) -> CircuitSignal:

@@ -36,9 +36,13 @@ class Last(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """The angle with the unit's angle bits, the second result with places of 2^place, before the gain."""
+    """The angle with the unit's angle bits, the second result with places of 2^place, before the gain.
+
+    The angle is 0 where `zero` says so.
+    """
 
     angle: CircuitSignal
+    zero: CircuitSignal
     rest: CircuitSignal
     place: CircuitSignal
     possible: CircuitSignal
@@ -68,8 +72,9 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     place = joined.exponent - unit.fraction_bits
     no_a, no_b = A.equals(0), B.equals(0)
     alone, none = no_a | no_b, no_a & no_b
-    one_sign = no_a & (B > 0)
-    negated = b.named("negated", b.mux(plus, b.negative(A), (A > 0) | (no_a & b.negative(B))))
+    one_sign = no_a & ~b.negative(B)  # of B = 0 there is no solution anyway
+    positive = b.mux(no_a, ~b.negative(A), b.negative(B))
+    negated = b.named("negated", b.mux(plus, b.negative(A), positive))
     near = NearColumns.of(modes, {n: table.reach for n, table in tables.items()}, place)
     # The start is turned to x >= 0, branch "+" is the mirror image; so is a target below 0.
     x, size, target = joined.sizes
@@ -99,8 +104,7 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
         first = b.mux(negated_, 0, b.mux(plus, -half_turn, half_turn))
         angle = b.addsub(first, turned, down ^ plus)
         above = one_sign_ & ~(b.negative(angle) ^ plus)
-        angle = b.mux(above, angle, 0)
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
-        return Solved(angle, rest, place, possible)
+        return Solved(angle, above, rest, place, possible)
 
     return Begun(start, height, width, near.short.hi, finish)

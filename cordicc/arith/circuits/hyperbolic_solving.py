@@ -62,7 +62,7 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
         reached = (-last.gap <= near.short) & (last.gap <= near.beyond) & ~last.lost
         solved = possible & b.mux(alone, reached, there) & ~none
         rest = b.narrowed(b.mux(at_end | b.negative(last.x), last.x, 0), 0, last.x.hi)
-        return Solved(b.mux(at_end, angle, 0), rest, exponent - 1, solved)
+        return Solved(angle, at_end, rest, exponent - 1, solved)
 
     return Begun(start, height, width, max(near.short.hi, near.beyond.hi), finish)
 

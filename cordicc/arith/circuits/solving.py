@@ -63,7 +63,8 @@ def implicit_unit(
     results: list[WordResult | None] = [None, None]
     if formats[0] is not None:
         found = encoded_angle(b, solved.angle, -unit.angle_bits, formats[0], unit.angle_bits)
-        results[0] = WordResult(found.word, found.valid & solved.possible)
+        angle = b.mux(solved.zero, found.word, 0)
+        results[0] = WordResult(angle, (found.valid | solved.zero) & solved.possible)
     if formats[1] is not None:
         scaled = None
         for system in systems:
@@ -136,6 +137,10 @@ class _Iterations:
         b = self._b
         moving = b.together(state, self._ahead)
         x, y, target, z = moving
+        if (parts := b.negif_of(state[1])) is not None:
+            # A sign that waits beside its size costs no adder.
+            size, minus, *_ = b.together((*parts, *moving), 0.0)
+            y = b.negif(size, minus)
         gap = target - y
         if len(self._systems) == 1 and self._systems[0].m == 1:
             limit = self._gap_to_go(number)
