@@ -99,6 +99,7 @@ class CircuitBuilder:
 
     def __init__(self, name: str, clocking: Clocking = COMBINATIONAL) -> None:
         self.name = name
+        self.clocking = clocking
         self._pipeline = CellPipeline(clocking)
         self._inputs: list[Port] = []
         self._outputs: list[tuple[str, int]] = []
@@ -281,13 +282,16 @@ class CircuitBuilder:
         return self.of(1) if a.hi < 0 else self.bit(a, a.width - 1)
 
     def less(self, a: Operand, b: Operand) -> CircuitSignal:
-        """Return a bit that tells whether a < b."""
+        """Return a bit that tells whether a < b: the sign of their difference, which a carry would be too.
+
+        A carry that leaves its chain takes longer than the chain's last sum.
+        """
         a, b = self.of(a), self.of(b)
         if b.lo == b.hi == 0:
             return self.negative(a)
         if a.hi < b.lo or a.lo >= b.hi:
             return self.of(int(a.hi < b.lo))
-        return self._cell("lt", (a, b), (), 0, 1)
+        return self.negative(self.sub(a, b))
 
     def equal(self, a: Operand, b: Operand) -> CircuitSignal:
         """Return a bit that tells whether a = b."""

@@ -20,7 +20,6 @@ class Delays:
         table_ns: a lookup table, with the way to it.
         chain_ns: an addition without its length, with the way to it.
         carry_ns: a place of a chain of carries.
-        leaving_ns: a carry that leaves its chain, as that of a comparison does.
         product_ns: a product of the size that the device has a multiplier for.
         register_ns: what a register takes of the period, from the clock and before it.
         product_bits: bits of both factors of such a multiplier.
@@ -29,7 +28,6 @@ class Delays:
     table_ns: float = 1.1
     chain_ns: float = 1.9
     carry_ns: float = 0.04
-    leaving_ns: float = 1.4
     product_ns: float = 4.5
     register_ns: float = 0.8
     product_bits: int = 18
@@ -67,8 +65,6 @@ class Clocking:
                 # Of a constant one all bits are those of the sign, perhaps inverted.
                 plain = operands[0 if kind == "negif" else 1].kind == "constant"
                 return self._chain(width_of(lo, hi)) + (0.0 if plain else self.delays.table_ns)
-            case "lt":
-                return self._chain(max(each.width for each in operands)) + self.delays.leaving_ns
             case "eq":
                 bits = max(each.width for each in operands) * (
                     2 - any(o.kind == "constant" for o in operands)

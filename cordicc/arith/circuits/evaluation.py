@@ -80,7 +80,6 @@ _CELLS: dict[str, Callable[..., Integers]] = {
     "shr": lambda cell, a: a >> min(cell.params[0], 63 if a.dtype != object else cell.params[0]),
     "round": lambda cell, a: ((a >> (cell.params[0] - 1)) + 1) >> 1,
     "low": lambda cell, a: a & ((1 << cell.params[0]) - 1),
-    "lt": lambda cell, a, b: _bit(a < b),
     "eq": lambda cell, a, b: _bit(a == b),
     "and": lambda cell, a, b: a & b,
     "or": lambda cell, a, b: a | b,

@@ -97,15 +97,17 @@ class _Iterations:
             self._bent = system.chosen if system.m == -1 else self._bent
         self._residual = Residual(b, unit.angle_bits, steering=False, summing=len(systems) == 1)
         self._unsettled = max(system.table.unsettled for system in systems)
+        self._beside = self._saves_a_cycle()
         self._ahead = math.inf
 
     def last(self) -> Last:
         """Return what all the steps end with."""
         b, start, unsettled = self._b, self._start, self._unsettled
         x, y, target, z = start.x, start.y, start.target, start.z
+        goal = self._goal(0, target)
         for number in range(unsettled):
             with self._step(number):
-                x, y, target, z = self._turned(number, x, y, target, z)
+                x, y, target, z, goal = self._turned(number, x, y, target, z, goal)
         gap, lost = target - y, b.of(0)
         if unsettled < self._unit.iterations:
             limit = self._largest_gap(unsettled)
@@ -132,30 +134,37 @@ class _Iterations:
 
     def _turned(
         self, number: int, *state: CircuitSignal
-    ) -> tuple[CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal]:
-        """Return x, y, the target and the angle after a step."""
+    ) -> tuple[CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal, CircuitSignal]:
+        """Return x, y, the target, the angle and the goal after a step."""
         b = self._b
         moving = b.together(state, self._ahead)
-        x, y, target, z = moving
+        x, y, target, z, goal = moving
         if (parts := b.negif_of(state[1])) is not None:
             # A sign that waits beside its size costs no adder.
             size, minus, *_ = b.together((*parts, *moving), 0.0)
             y = b.negif(size, minus)
         gap = target - y
-        if len(self._systems) == 1 and self._systems[0].m == 1:
+        if self._is_circular():
             limit = self._gap_to_go(number)
             gap = b.narrowed(gap, -limit, limit, loose=True)
-        ahead = self._ahead_of(number, x, gap)
-        up = b.named("up", b.mux(b.negative(x), ahead, b.negative(y) ^ self._bent))
+        # Where x < 0 the vector turns back.
+        up = b.mux(b.negative(x), ~b.negative(gap), b.negative(y) ^ self._bent)
+        if self._beside:
+            near = self._start.may_end & self._below("width", number, x)
+            beyond = b.narrowed(goal - y, -limit, limit, loose=True)
+            up = b.named("up", b.mux(near, up, ~b.negative(beyond)))
+        else:
+            up = self._or_to_the_end(number, x, gap, up)
         move = self._chosen([self._moves(number, system, x, y, target) for system in self._systems])
         # What does not depend on the direction comes first, beside the comparison.
         limit = self._limit(number + 1)
         x = b.named("x", self._narrowed(b.addsub(x - move.short_x, move.x, up ^ self._bent), limit))
         y = b.named("y", self._narrowed(b.addsub(y - move.short_y, move.y, ~up), limit))
         target = b.named("target", self._narrowed(target + move.target, limit))
+        goal = b.named("goal", self._goal(number + 1, target))
         z = b.named("z", self._residual.after(z, move.angle, up))
         self._ahead = b.taken_ns(moving, (x, y, z))
-        return x, y, target, z
+        return x, y, target, z, goal
 
     def _settled(
         self, number: int, *state: CircuitSignal
@@ -164,8 +173,8 @@ class _Iterations:
         b = self._b
         moving = b.together(state, self._ahead)
         x, gap, target, z = moving
-        ahead = self._ahead_of(number, x, gap)
-        up = b.named("up", b.mux(b.negative(x), ahead, b.negative(target) ^ self._bent))
+        up = b.mux(b.negative(x), ~b.negative(gap), b.negative(target) ^ self._bent)
+        up = self._or_to_the_end(number, x, gap, up)
         move = self._chosen([self._moves(number, system, x, target, target) for system in self._systems])
         limit, largest = self._largest_gap(number + 1), self._limit(number + 1)
         x = b.named("x", self._narrowed(b.addsub(x, move.x, up ^ self._bent), largest))
@@ -175,8 +184,10 @@ class _Iterations:
         self._ahead = b.taken_ns(moving, (x, gap, z))
         return x, gap, target, z
 
-    def _ahead_of(self, number: int, x: CircuitSignal, gap: CircuitSignal) -> CircuitSignal:
-        """Return whether an x that is not negative turns upwards.
+    def _or_to_the_end(
+        self, number: int, x: CircuitSignal, gap: CircuitSignal, up: CircuitSignal
+    ) -> CircuitSignal:
+        """Return whether a step is upwards, from what it is elsewhere.
 
         Where x is within the width of the end of reach and the gap within a height, a turn is towards the
         end: upwards, for m = -1 downwards.
@@ -186,7 +197,31 @@ class _Iterations:
         # Only a gap that tells otherwise matters: a negative one, for m = -1 one that is not.
         close = self._below("height", number, b.bitwise("xor", gap, -(~bent)))
         end = b.named("end", near & close)
-        return b.mux(bent, ~b.negative(gap) | end, ~b.negative(gap) & ~end)
+        return b.named("up", b.mux(bent, up | end, up & ~end))
+
+    def _is_circular(self) -> bool:
+        return len(self._systems) == 1 and self._systems[0].m == 1
+
+    def _saves_a_cycle(self) -> bool:
+        """Return whether a step takes fewer cycles if y is compared with the end of reach by itself."""
+        free, delays = self._b.clocking.free_ns, self._b.clocking.delays
+        if not self._is_circular() or free == math.inf:
+            return False
+        chain = delays.chain_ns + delays.carry_ns * self._unit.fraction_bits
+        beside = 2 * chain + 3 * delays.table_ns
+        height = self._systems[0].begun.height.multiple
+        known = height.lo == height.hi
+        behind = beside + (2 * delays.table_ns if known else chain)
+        return math.ceil(beside / free) < math.ceil(behind / free)
+
+    def _goal(self, number: int, target: CircuitSignal) -> CircuitSignal:
+        """Return what y is at most before a step where the end of reach is near, if that is compared with."""
+        if not self._beside:
+            return self._b.of(0)
+        system = self._systems[0]
+        stretched = system.table.stretched[min(number, self._unit.iterations - 1)]
+        height = system.begun.height.before(self._b, stretched)
+        return target + (height.multiple << height.places)
 
     def _below(self, which: str, number: int, value: CircuitSignal) -> CircuitSignal:
         """Return whether a value is not negative and below a threshold as it is before a step."""

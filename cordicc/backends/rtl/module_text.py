@@ -240,12 +240,9 @@ def _rounded(module: _Module, cell: Gate) -> str:
     return f"{module.part(a, count, count + cell.width - 1)} + {carry}"
 
 
-def _compared(mark: str) -> Callable[[_Module, Gate], str]:
-    def text(module: _Module, cell: Gate) -> str:
-        first, second, _ = module.pair(cell)
-        return f"{first} {mark} {second}"
-
-    return text
+def _equal(module: _Module, cell: Gate) -> str:
+    first, second, _ = module.pair(cell)
+    return f"{first} == {second}"
 
 
 def _mux(module: _Module, cell: Gate) -> str:
@@ -270,8 +267,7 @@ _TEXTS: dict[str, Callable[[_Module, Gate], str]] = {
     "shr": _right,
     "round": _rounded,
     "low": lambda module, cell: module.part(cell.operands[0], 0, cell.width - 1),
-    "lt": _compared("<"),
-    "eq": _compared("=="),
+    "eq": _equal,
     "and": _sum("&"),
     "or": _sum("|"),
     "xor": _sum("^"),

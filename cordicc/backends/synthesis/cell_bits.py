@@ -15,24 +15,20 @@ _ADDERS = {
     "addc": "add",
     "sub": "add",
     "subc": "add",
-    "addsub": "addsub",
-    "negif": "negif",
+    "addsub": "add",
+    "negif": "add",
     "round": "round",
 }
 _LOGIC = ("and", "or", "xor", "not")
 _SHIFT_REGISTER = 3
 """Registers in a row, at the least, of which tools make a shift register where the chip has some."""
 
-LUT_KINDS = (
-    "add", "addsub", "negif", "round", "less", "equal", "mux", "pick", "logic", "tile", "array",
-    "delay",
-)  # fmt: skip
+LUT_KINDS = ("add", "turn", "round", "equal", "mux", "pick", "logic", "tile", "array", "delay")
 """Kinds that look-up tables are for.
 
-Bits of sums, of sums whose sign is chosen, of negations, of roundings; of comparisons; of choices; of tables,
-as LUTs; of logic; 36 bits for each multiplier block whose
-product is added to that of another; bits of the partial products of a multiplication without such blocks;
-bits of shift registers, as LUTs.
+Bits of sums; of operands whose sign is chosen; of roundings; of comparisons; of choices; of tables, as LUTs;
+of logic; 36 bits for each multiplier block whose product is added to that of another; bits of the partial
+products of a multiplication without such blocks; bits of shift registers, as LUTs.
 """
 
 FF_KINDS = ("register", "row", "delay")
@@ -75,8 +71,11 @@ def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple
     kind = cell.kind
     if kind in _ADDERS:
         yield _ADDERS[kind], cell.width
-    elif kind in ("lt", "eq"):
-        yield "less" if kind == "lt" else "equal", max(each.width for each in operands)
+        if kind in ("addsub", "negif"):
+            turned = operands[kind == "addsub"]
+            yield "turn", 0 if turned.kind == "constant" else turned.width
+    elif kind == "eq":
+        yield "equal", max(each.width for each in operands)
     elif kind == "mux":
         yield "mux", cell.width
     elif kind == "pick":

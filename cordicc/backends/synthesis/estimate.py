@@ -86,7 +86,7 @@ def _around(plan: Plan, core: Core, device: Device) -> Iterator[dict[str, int]]:
                 if name in ports:
                     yield {"lut": choice_luts(ports[name].width, len(wired.sources), device)}
     for port in core.inputs:
-        yield {"less": 2 * port.format.width_bits}
+        yield {"add": 2 * port.format.width_bits}
     for port in core.outputs:
         yield {"lut": port.format.width_bits}
     yield {"register": netlist.valid_depth + (core.interval if core.interval > 1 else 0)}
