@@ -211,7 +211,7 @@ class _Iterations:
         beside = 2 * chain + 3 * delays.table_ns
         height = self._systems[0].begun.height.multiple
         known = height.lo == height.hi
-        behind = beside + (2 * delays.table_ns if known else chain)
+        behind = beside + (2.5 * delays.table_ns if known else chain + 1.5 * delays.table_ns)
         return math.ceil(beside / free) < math.ceil(behind / free)
 
     def _goal(self, number: int, target: CircuitSignal) -> CircuitSignal:
