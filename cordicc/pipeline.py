@@ -256,7 +256,13 @@ def _planned(request: _Request, choice: Choice) -> tuple[Plan, tuple[Diagnostic,
     request.enter("choosing formats and a schedule")
     # Scheduling sees unit operations with their latencies only.
     options = request.options
-    target_with = partial(load_target, options.target, used=_functions(choice.graph), asked=options.asked)
+    target_with = partial(
+        load_target,
+        options.target,
+        used=_functions(choice.graph),
+        alone=options.limits.initiation_interval == 1,
+        asked=options.asked,
+    )
     unplaced, warnings = plan_with_formats(
         request.loaded,
         choice,

@@ -144,7 +144,8 @@ def _operation(
         return int(param) if isinstance(param, Fraction) else param
 
     params = {name: plain(name, param) for name, param in zip(definition.params, node.params, strict=True)}
-    kinds = target.kinds_for(function_name(node.op, params.get("m")))
+    function = function_name(node.op, params.get("m"))
+    kinds = target.kinds_for(function)
     if not kinds:
         message = f"no unit of target '{target.name}' does {mode(node.op, params)}"
         raise _unattainable("E405", message, f"the equation of '{node.origin}' needs it")
@@ -157,7 +158,7 @@ def _operation(
         mode=mode(node.op, params),
         unit="",
         start=0,
-        finish=target.units[kind].latency,
+        finish=target.units[kind].cycles_of(function),
         ports=definition.ports,
         operands=tuple(_operand(graph, names, v, node.origin, words) for v in node.operands),
         results=tuple(

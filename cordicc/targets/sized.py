@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence, Set
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from cordicc.arith.circuits.cell_delays import Clocking
@@ -53,7 +53,14 @@ def guard_is_open(data: Mapping[Any, Any]) -> bool:
     return isinstance(format_, dict) and format_.get("guard") == AUTO
 
 
-def sized(data: Data, guard_bits: int, width_bits: int | None = None, used: Set[str] | None = None) -> Data:
+def sized(
+    data: Data,
+    guard_bits: int,
+    width_bits: int | None = None,
+    used: Set[str] | None = None,
+    *,
+    alone: bool = False,
+) -> Data:
     """Return a target's data with everything filled in that it leaves open.
 
     Args:
@@ -61,6 +68,7 @@ def sized(data: Data, guard_bits: int, width_bits: int | None = None, used: Set[
         guard_bits: in the place of `guard: auto`.
         width_bits: in the place of the width, where the guard bits are left open.
         used: functions that are asked of the units, None of all; a unit that does none of them has them all.
+        alone: whether a unit does one function each, and has the latency of that.
 
     Raises:
         ValueError: no unit keeps the error with so many bits.
@@ -79,7 +87,7 @@ def sized(data: Data, guard_bits: int, width_bits: int | None = None, used: Set[
         made[kind] = unit
         if isinstance(unit, dict):
             filled = _sized_unit(unit, width + guard, used, weighed="weights" in data)
-            filled = _with_latency(str(kind), filled, {**data, "format": format_}, used)
+            filled = _with_latency(str(kind), filled, {**data, "format": format_}, used, alone=alone)
             made[kind] = _with_area(kind, filled, width + guard, data)
     return {**data, "format": format_, "units": made}
 
@@ -131,7 +139,7 @@ def _needed(names: Sequence[str], used: Set[str] | None) -> list[str]:
     return [name for name in names if used is None or name in used] or list(names)
 
 
-def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None) -> Data:
+def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None, *, alone: bool) -> Data:
     """Return a unit with the latency of its circuit, where that is open and the target has a device."""
     device, functions, clock_hz = (
         DEVICES.get(str(data.get("device"))),
@@ -145,17 +153,21 @@ def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None) -> D
     names = [str(function) for function in functions]
     if not all(name in FUNCTIONS_OF_KIND.get(kind, ()) for name in names):
         return unit
+    needed = _needed(names, used)
     try:
         units = {kind: unit["arithmetic"]} if kind in CAU_KINDS else {}
-        cycles = _clocked(
+        clocked = partial(
+            _clocked,
             json.dumps({"format": data["format"], "units": units}),
             kind,
-            tuple(_needed(names, used)),
-            Clocking(1e9 / clock_hz, device.delays),
+            clocking=Clocking(1e9 / clock_hz, device.delays),
         )
+        if not alone:
+            return {**unit, "latency": clocked(tuple(needed))}
+        latencies = {function: clocked((function,)) for function in needed}
     except (TypeError, KeyError):
         return unit
-    return {**unit, "latency": cycles}
+    return {**unit, "latency": max(latencies.values()), "latencies": latencies}
 
 
 @cache

@@ -33,7 +33,8 @@ FUNCTIONS_OF_KIND: dict[str, set[str]] = {
 class UnitKind:
     """A kind of unit: cycles of latency, cycles between operations, what it does, and its size.
 
-    `functions` as of `function_name`; `area` in adder equivalents; `stages` cycles by part.
+    `functions` as of `function_name`; `area` in adder equivalents; `stages` cycles by part.  `latencies` are
+    those of units that do a function alone, where they are known.
     """
 
     name: str
@@ -44,6 +45,11 @@ class UnitKind:
     area: float
     stages: Mapping[str, int]
     arithmetic: Mapping[str, Any] | None = None
+    latencies: Mapping[str, int] = field(default_factory=dict)
+
+    def cycles_of(self, function: str) -> int:
+        """Return the cycles of a function, by its name."""
+        return self.latencies.get(function, self.latency)
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,6 +88,7 @@ def load_target(
     width_bits: int | None = None,
     used: Set[str] | None = None,
     *,
+    alone: bool = False,
     asked: Asked = AS_WRITTEN,
 ) -> Target:
     """Load and validate a shipped target by name, or a file.
@@ -97,6 +98,7 @@ def load_target(
         guard_bits: of values between operations, where the target leaves them open.
         width_bits: of words outside instead of the target's own, where it leaves the guard bits open.
         used: functions that the sizes of units follow from where the target leaves them open; None: all.
+        alone: whether a unit does one function each, as at an interval of 1, and has the latency of that.
         asked: what is asked for instead of the target's own width and clock.
 
     Raises:
@@ -119,7 +121,7 @@ def load_target(
         raise InvalidInput([Diagnostic("E506", message, None, hint, source=source)])
     data = asked.instead(data)
     try:
-        filled = sized(data, guard_bits, width_bits, used)
+        filled = sized(data, guard_bits, width_bits, used, alone=alone)
         target = _Reader(report, cache(lambda: _yaml().compose(source.text))).target(filled)
         report.raise_if_failed()
         assert target is not None
@@ -238,8 +240,17 @@ class _Reader:
     def _unit(self, kind: str, data: dict[Any, Any]) -> UnitKind:
         where = f"units.{kind}."
         required = {"latency", "functions", "area"} | ({"arithmetic"} if kind in CAU_KINDS else set())
-        self._keys(data, where, required, {"initiation_interval", "adders", "stages"})
+        self._keys(data, where, required, {"initiation_interval", "adders", "stages", "latencies"})
         latency = self._integer(data, "latency", where, 1, least=0 if kind in ("sign", "shift") else 1)
+        latencies = self._mapping(data, "latencies", where) if "latencies" in data else {}
+        alone = {
+            str(function): self._integer(latencies, function, f"{where}latencies.", 1, least=0)
+            for function in latencies
+        }
+        for function in sorted(set(alone) - FUNCTIONS_OF_KIND[kind]):
+            self._error(
+                f"{where}latencies: '{_shown(function)}' is no function of a unit of kind '{kind}'", where
+            )
         interval = self._integer(data, "initiation_interval", where, 1, least=1)
         if interval != 1:
             self._error(
@@ -273,7 +284,7 @@ class _Reader:
         if kind == "standard" and arithmetic is not None and "rule" in arithmetic:
             self._error(f"{where}arithmetic has a rule, which implicit units have", f"{where}arithmetic")
         named = {str(part): count for part, count in zip(stages, cycles, strict=True)}
-        return UnitKind(kind, latency, interval, frozenset(functions), adders, area, named, arithmetic)
+        return UnitKind(kind, latency, interval, frozenset(functions), adders, area, named, arithmetic, alone)
 
     def _error(self, message: str, place: str) -> None:
         if len(self.report.diagnostics) < _MOST_ERRORS:

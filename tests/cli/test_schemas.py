@@ -341,6 +341,8 @@ def test_what_the_target_schema_refuses_the_loader_refuses(
         ("kinematic", ("units", "mul", "functions"), ["add"]),
         ("kinematic", ("units", "mul", "functions"), []),
         ("kinematic", ("units", "mul", "area"), "big"),
+        ("kinematic", ("units", "mul", "latencies"), 3),
+        ("kinematic", ("units", "mul", "latencies"), {"mul": "long"}),
         ("kinematic", ("units", "mul", "initiation_interval"), 2),
         ("kinematic", ("units", "standard", "arithmetic"), ...),
         ("kinematic", ("units", "standard", "arithmetic"), "auto"),

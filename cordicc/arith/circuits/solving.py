@@ -163,8 +163,13 @@ class _Iterations:
         target = b.named("target", self._narrowed(target + move.target, limit))
         goal = b.named("goal", self._goal(number + 1, target))
         z = b.named("z", self._residual.after(z, move.angle, up))
-        self._ahead = b.taken_ns(moving, (x, y, z))
+        self._ahead = self._half(moving, up)
         return x, y, target, z, goal
+
+    def _half(self, moving: Sequence[CircuitSignal], up: CircuitSignal) -> float:
+        """Return the time to a step's direction: a step may begin where that fits, and add in the next cycle."""
+        taken = self._b.taken_ns(moving, (up,))
+        return self._ahead if taken == math.inf else taken
 
     def _settled(
         self, number: int, *state: CircuitSignal
@@ -181,7 +186,7 @@ class _Iterations:
         gap = b.addsub(gap, move.y, up)
         gap = b.named("gap", b.narrowed(gap, -limit, limit, loose=True))
         z = b.named("z", self._residual.after(z, move.angle, up))
-        self._ahead = b.taken_ns(moving, (x, gap, z))
+        self._ahead = self._half(moving, up)
         return x, gap, target, z
 
     def _or_to_the_end(
@@ -212,7 +217,8 @@ class _Iterations:
         height = self._systems[0].begun.height.multiple
         known = height.lo == height.hi
         behind = beside + (2.5 * delays.table_ns if known else chain + 1.5 * delays.table_ns)
-        return math.ceil(beside / free) < math.ceil(behind / free)
+        # Of steps that fit into a cycle parts of two may share one.
+        return beside <= free or math.ceil(beside / free) < math.ceil(behind / free)
 
     def _goal(self, number: int, target: CircuitSignal) -> CircuitSignal:
         """Return what y is at most before a step where the end of reach is near, if that is compared with."""
