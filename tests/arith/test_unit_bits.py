@@ -13,7 +13,7 @@ DIGESTS = {
     "widest": "4f9de27960df813c",
     "widest root-free": "975e62156e0c44d9",
     "narrow": "96085475fb194ea1",
-    "narrowest": "ce880072426d5def",
+    "narrowest": "58406a88a1077eba",
     "odd": "00fd939caf12db4e",
 }
 

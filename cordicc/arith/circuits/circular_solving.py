@@ -84,7 +84,7 @@ def circular(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ...]
     excess = target - (x | size)  # of A or B alone
     beyond = excess > near.slack
     at_end = b.named("at_end", alone & ~beyond & (excess >= -near.within))
-    height, width = near.limits(target, unit.fraction_bits)
+    height, width = near.limits(target, 1, unit.fraction_bits)
     z = b.of(0)
     if next(iter(tables.values())).quarter_turns:
         x, y = b.mux(opposite, x, -y), b.mux(opposite, y, x)

@@ -50,7 +50,7 @@ def hyperbolic(b: CircuitBuilder, modes: Modes, unit: Cau, words: tuple[Word, ..
     x, y, goal, exponent = vector
     near = NearColumns.of(modes, reaches, exponent - 1)
     no_a = A.bits.equals(0)
-    height, width = near.limits(b.size(goal), bits)
+    height, width = near.limits(b.size(goal), -1, bits)
     start = Start(x, y, goal, b.of(0), both & ~no_a)
     alone = both & no_a
     at_end = b.named("at_vertex", alone & (short <= known.slack) & (-short <= known.within))

@@ -167,7 +167,7 @@ class _Iterations:
         return x, y, target, z, goal
 
     def _half(self, moving: Sequence[CircuitSignal], up: CircuitSignal) -> float:
-        """Return the time to a step's direction: a step may begin where that fits, and add in the next cycle."""
+        """Return the time to a step's direction: a step begins where that fits, and may end a cycle later."""
         taken = self._b.taken_ns(moving, (up,))
         return self._ahead if taken == math.inf else taken
 
@@ -214,8 +214,7 @@ class _Iterations:
             return False
         chain = delays.chain_ns + delays.carry_ns * self._unit.fraction_bits
         beside = 2 * chain + 3 * delays.table_ns
-        height = self._systems[0].begun.height.multiple
-        known = height.lo == height.hi
+        known = self._systems[0].begun.height.is_known
         behind = beside + (2.5 * delays.table_ns if known else chain + 1.5 * delays.table_ns)
         # Of steps that fit into a cycle parts of two may share one.
         return beside <= free or math.ceil(beside / free) < math.ceil(behind / free)
@@ -226,8 +225,7 @@ class _Iterations:
             return self._b.of(0)
         system = self._systems[0]
         stretched = system.table.stretched[min(number, self._unit.iterations - 1)]
-        height = system.begun.height.before(self._b, stretched)
-        return target + (height.multiple << height.places)
+        return target + system.begun.height.before(self._b, stretched).value(self._b)
 
     def _below(self, which: str, number: int, value: CircuitSignal) -> CircuitSignal:
         """Return whether a value is not negative and below a threshold as it is before a step."""
@@ -271,7 +269,7 @@ class _Iterations:
         table, begun = self._systems[0].table, self._systems[0].begun
         angles = table.angles[number:] + table.angles[-1:]
         left = min(math.pi, math.ldexp(sum(angles), -self._unit.angle_bits))
-        height = begun.height.multiple.hi << begun.height.places
+        height = begun.height.largest
         return math.ceil(self._limit(number) * left) + 4 * begun.largest_gap + height
 
     def _largest_gap(self, number: int) -> int:

@@ -30,7 +30,7 @@ from cordicc.arith.compiled.step_loops import (
     zeroed,
 )
 from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_difference
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS
+from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER
 from cordicc.arith.kernels.micro_rotations import NEVER
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES
@@ -130,7 +130,7 @@ def implicit_circular(
     """Solve B cos t + A sin t = C."""
     width, fraction_bits, angle_bits = widths
     root_free, half_turn, branch = rule
-    first, slacks, withins, all_heights, _, rooms, shorts, _ = reach
+    first, slacks, withins, all_heights, rises, rooms, shorts, _ = reach
     quarter, turns = (half_turn + 1) >> 1, root_free - 1
     for begin in range(0, A.size, BLOCK):
         As, Bs, Cs, angles, rests = cut(begin, A, B, C, angle, rest)
@@ -157,7 +157,7 @@ def implicit_circular(
             # With a or b alone |c| is compared with it, and the kernel with the end elsewhere.
             alone = (As[i] == 0) | (Bs[i] == 0)
             height[i] = NEVER if alone else all_heights[row]
-            wide[i] = rooms[row]
+            wide[i] = rooms[row] + (rises[row] if abs(target[i]) >= UPPER << (fraction_bits - 4) else 0)
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
             at_end[i] = alone & (excess[i] <= slacks[row]) & (-excess[i] <= withins[row])

@@ -18,9 +18,9 @@ comparison has the right sign, or
 K the product of stretches so far, of which the step table knows the share of the largest, rounded up.
 With these as height and width, or more, *every* decision at x >= 0 is towards the end, and where x < 0 the
 kernel turns back: it does what vectoring onto the y axis does, and ends within the last angle, and asin(E/N)
-(m = -1: asinh), of the end. They are rounded up to four leading bits, less 1, with which a few gates compare.
-On the circle |C| is nearly a block's largest number and its root counts as 1; of a hyperbola's the leading
-bits are enough: `ROOTS` are those of its sixteenths of a block.
+(m = -1: asinh), of the end. They are rounded up to a few leading bits, less 1, with which few gates compare.
+Of |C| the leading bits are enough: `ROOTS` are those of its sixteenths of a block. On the circle |C| is
+nearly a block's largest number, and there are two widths: for |C| below `UPPER` sixteenths, and for others.
 
 E' is less than E. For a target at the end |psi - theta| is at most the angles still to come, so x is at most
 N times the sine (m = -1: sinh) of their sum, and the roundings of its shifts, which are what y errs by,
@@ -52,10 +52,14 @@ _ALIGNMENT = 1.0
 
 SIXTEENTHS, ROOT_SCALE = 16, 256
 
+UPPER = 12
+"""Sixteenths of a block from which on |C| has the larger width on the circle."""
+
 ROOTS = tuple(math.ceil(ROOT_SCALE * math.sqrt((n + 1) / SIXTEENTHS)) for n in range(SIXTEENTHS + 1))
 """Roots of |C| as a share of a block, by its whole sixteenths, rounded up, in units of 1/`ROOT_SCALE`."""
 
-_LEADING_BITS = 4
+_HEIGHT_BITS, _WIDTH_BITS = 6, 4
+"""Leading bits that thresholds keep: what the height is more an angle at the end is off by."""
 
 _UP = 1 + 2.0**-40
 """Makes up for the roundings of this module's own arithmetic."""
@@ -83,20 +87,24 @@ class EndOfReach:
         Args:
             slack: places by which the operands may have moved N - C before.
         """
-        return leading(self.stretch * (self.across + slack) * _UP)
+        return leading(self.stretch * (self.across + slack) * _UP, _HEIGHT_BITS)
 
     def rise(self, slack: Floats | float) -> Floats:
-        """Return by how much the width grows with the root of |C| at most; on the circle it does not."""
-        return np.ceil(self._rise(slack)) if self.m < 0 else np.zeros_like(self._rise(slack))
+        """Return by how much the width grows with the root of |C| at most, on the circle from `UPPER` on."""
+        if self.m < 0:
+            return np.ceil(self._rise(slack))
+        return leading(self._rise(slack) + self._room(slack), _WIDTH_BITS) - self.room(slack)
 
     def room(self, slack: Floats | float) -> Floats:
         """Return the width without what grows with |C|."""
         if self.m < 0:
             return np.ceil(self._room(slack))
-        return leading(self._rise(slack) + self._room(slack))
+        return leading(math.sqrt(UPPER / SIXTEENTHS) * self._rise(slack) + self._room(slack), _WIDTH_BITS)
 
     def width(self, slack: Floats | float, sixteenths: int = SIXTEENTHS) -> Floats:
         """Return the largest x at which its sign decides, for a |C| of so many sixteenths of a block."""
+        if self.m > 0:
+            return self.room(slack) + self.rise(slack) * (sixteenths >= UPPER)
         return aligned(np.ceil(self.rise(slack) * (ROOTS[sixteenths] / ROOT_SCALE)) + self.room(slack))
 
     def _rise(self, slack: Floats | float) -> Floats:
@@ -131,9 +139,9 @@ def aligned(size: Floats | float) -> Floats:
     return np.asarray(np.floor(size / SHARES) * SHARES + (SHARES - 1))
 
 
-def leading(size: Floats | float) -> Floats:
-    """Return the same of a multiple that has no bits but `_LEADING_BITS` and trailing zeros."""
-    place = np.ldexp(1.0, np.maximum(np.frexp(np.ceil(size) + 1)[1] - _LEADING_BITS, SHARES.bit_length() - 1))
+def leading(size: Floats | float, bits: int) -> Floats:
+    """Return the same of a multiple that has no bits but so many leading ones and trailing zeros."""
+    place = np.ldexp(1.0, np.maximum(np.frexp(np.ceil(size) + 1)[1] - bits, SHARES.bit_length() - 1))
     return np.asarray(np.ceil((np.ceil(size) + 1) / place) * place - 1)
 
 

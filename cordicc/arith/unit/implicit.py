@@ -82,7 +82,7 @@ def circular(branch: str, operands: list[Floats], table: ImplicitTable) -> tuple
     z = np.zeros_like(x)
     if table.quarter_turns:
         x, y, z = quarter_turn(x, y, target, z, quarter)
-    turning = near.thresholds(target, table.fraction_bits, alone)
+    turning = near.thresholds(1, target, table.fraction_bits, alone)
     x, y, target, z = table.kernel(x, y, target, z, table.steps, turning)
     z, x = start + below * np.where(at_end, across, z), np.where(at_end, 0, x)
     # With A = 0 < B the formula is +-acos(C/B), which has one sign.
@@ -126,7 +126,7 @@ def hyperbolic(branch: str, operands: list[Floats], table: ImplicitTable) -> tup
     twice_c = Scaled(c.mantissa, c.exponent + 1)
     x, y, target, exponent = _vector_of(p, q, twice_c, table)
     near = table.reach.at(exponent - 1)
-    turning = near.thresholds(target, table.fraction_bits, ~both | (A == 0))
+    turning = near.thresholds(-1, target, table.fraction_bits, ~both | (A == 0))
     x, y, target, z = table.kernel(x, y, target, np.zeros_like(x), table.steps, turning)
     z += ln2_multiple(doublings, table.angle_bits)
     z *= np.where(mirrored, -1, 1)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, end_of_reach
+from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER, end_of_reach
 from cordicc.arith.kernels.gaps import largest_gap
 from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd
 from cordicc.arith.kernels.shift_sequences import SHARES, Sequence
@@ -33,10 +33,13 @@ class Near(NamedTuple):
     short: Int64s
     beyond: Int64s
 
-    def thresholds(self, target: Int64s, fraction_bits: int, kept: Bools | bool) -> NearEnd:
+    def thresholds(self, m: int, target: Int64s, fraction_bits: int, kept: Bools | bool) -> NearEnd:
         """Return the thresholds of a kernel for targets in places; `NEVER` where a sample is kept from it."""
         sixteenths = np.minimum(np.abs(target) >> (fraction_bits - 4), SIXTEENTHS)
-        width = (self.rise * _ROOTS[sixteenths] + (ROOT_SCALE - 1)) // ROOT_SCALE + self.room
+        if m > 0:
+            width = self.rise * (sixteenths >= UPPER) + self.room
+        else:
+            width = (self.rise * _ROOTS[sixteenths] + (ROOT_SCALE - 1)) // ROOT_SCALE + self.room
         return NearEnd(np.where(kept, NEVER, self.height), width | (SHARES - 1))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cordicc.arith.kernels.end_of_reach import UPPER
 from cordicc.arith.kernels.micro_rotations import NEVER, limbs
 from cordicc.arith.kernels.reduction import (
     PHASE_EXPONENTS,
@@ -104,6 +105,7 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "OB": cau.operand_bits,
         "steps": {name: Steps(table) for name, table in tables.items()},
         "never": NEVER,
+        "upper": UPPER,
         "share_bits": SHARES.bit_length() - 1,
         "pi": pi_fixed(cau.angle_bits),
         "to_16_bits": _to_16_bits("angle", cau.angle_bits),
