@@ -4,9 +4,9 @@
                                     [--counts FILE] [--write]
 
 Makes circuits of every function of CORDIC units, of adders and multipliers, over widths of words; yosys
-counts their cells.  Look-up tables, flip-flops and multiplier blocks are fitted by least squares of relative
-errors, which the table states of circuits that are not small, with no coefficient below 0 and each drawn a
-little towards 1, as few circuits tell all of them apart.
+counts their cells.  Look-up tables and multiplier blocks are fitted by least squares of relative errors,
+flip-flops by least absolute ones, which the table states of circuits that are not small, with no coefficient
+below 0 and each drawn a little towards 1, as few circuits tell all of them apart.
 `--write` puts the coefficients of these devices into the table from which estimates are made; the others
 stay.  It takes some minutes for each device; with `--counts` only for circuits that changed, as the file
 keeps what yosys counted by the text of a module.
@@ -48,6 +48,10 @@ ONE_OF_EACH = ("ecp5-85k", "artix7-100t", "ice40-up5k", "ice40-hx8k", "generic")
 KINDS = {"lut": LUT_KINDS, "ff": FF_KINDS, "dsp": DSP_KINDS}
 PULL = 0.03
 """Weight of a coefficient's distance from 1 beside relative errors."""
+
+STEPS = {"lut": 1, "ff": 30, "dsp": 1}
+FLAT = 0.02
+"""Of the fit: how often squares are weighted, and the relative error below which they count as they are."""
 
 SMALL = {"lut": 300, "ff": 300, "dsp": 1}
 """Cells by which counts are larger where errors are made relative: those of small circuits matter less."""
@@ -125,16 +129,24 @@ def _built(several: Sequence[BuildProgram], text: str, command: str, device: Dev
 
 
 def fitted(
-    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str], small: int
+    rows: Sequence[Mapping[str, float]], counts: Sequence[int], kinds: Sequence[str], small: int, steps: int
 ) -> dict[str, float]:
-    """Return what a bit of each kind takes, none below 0; 0 for a kind that is nowhere."""
+    """Return what a bit of each kind takes, none below 0; 0 for a kind that is nowhere.
+
+    One step fits the least squares, many the least absolute errors, of which one that is far off does not
+    draw the others.
+    """
     weight = 1 / (np.array(counts, float) + small)
     there = [kind for kind in kinds if any(row.get(kind) for row in rows)]
     while there:
         matrix = np.array([[row.get(kind, 0) for kind in there] for row in rows]) * weight[:, None]
         pulled = np.vstack([matrix, PULL * np.eye(len(there))])
         wanted = np.concatenate([np.array(counts) * weight, np.full(len(there), PULL)])
-        found = np.linalg.lstsq(pulled, wanted, rcond=None)[0]
+        share = np.ones(len(wanted))
+        for _ in range(steps):
+            found = np.linalg.lstsq(pulled * share[:, None], wanted * share, rcond=None)[0]
+            errors = np.abs(matrix @ found - wanted[: len(counts)])
+            share[: len(counts)] = 1 / np.sqrt(np.maximum(errors, FLAT))
         if (found >= 0).all():
             return {kind: round(float(each), 4) for kind, each in zip(there, found, strict=True)}
         there.remove(there[int(found.argmin())])
@@ -154,7 +166,7 @@ def calibrated(
     table: dict[str, list[str]] = {name: [name] for name, _ in made}
     for figure, kinds in KINDS.items():
         counts = [getattr(area, figure) for _, area in found]
-        entry[figure] = fitted(rows, counts, kinds, SMALL[figure])
+        entry[figure] = fitted(rows, counts, kinds, SMALL[figure], STEPS[figure])
         guess = [sum(row.get(kind, 0) * each for kind, each in entry[figure].items()) for row in rows]
         errors = [estimate.relative(g, n) for g, n in zip(guess, counts, strict=True) if n > SMALL[figure]]
         entry["error"][figure] = {

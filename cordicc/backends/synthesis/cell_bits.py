@@ -20,6 +20,9 @@ _ADDERS = {
     "round": "round",
 }
 _LOGIC = ("and", "or", "xor", "not")
+_WITH_SHIFT_REGISTERS = ("xc7",)
+"""Families whose look-up tables can be shift registers."""
+
 _SHIFT_REGISTER = 3
 """Registers in a row, at the least, of which tools make a shift register where the chip has some."""
 
@@ -32,7 +35,8 @@ products of a multiplication without such blocks; bits of shift registers, as LU
 """
 
 FF_KINDS = ("register", "row", "delay")
-"""Kinds that flip-flops are for: bits of registers; of registers in a row of three and more; as above."""
+"""Kinds that flip-flops are for: bits of registers; where a chip has shift registers, of those in a row of
+three and more; as above."""
 
 
 DSP_KINDS = ("block", "constant")
@@ -47,17 +51,13 @@ def cell_bits(circuit: Circuit, device: Device) -> dict[str, int]:
         for kind, much in _of_cell(cell, operands, device):
             count[kind] += much
     for bits, length in _rows(circuit):
-        if length < _SHIFT_REGISTER:
-            count["register"] += bits * length
-        else:
-            count["row"] += bits * length
-            count["delay"] += bits * math.ceil(length / 32)
+        count.update(fifo_bits(bits, length, device))
     return dict(count)
 
 
-def fifo_bits(bits: int, depth: int) -> dict[str, int]:
-    """Return the same of a FIFO that is a row of registers."""
-    if depth < _SHIFT_REGISTER:
+def fifo_bits(bits: int, depth: int, device: Device) -> dict[str, int]:
+    """Return the same of registers in a row."""
+    if depth < _SHIFT_REGISTER or device.family not in _WITH_SHIFT_REGISTERS:
         return {"register": bits * depth}
     return {"row": bits * depth, "delay": bits * math.ceil(depth / 32)}
 

@@ -78,7 +78,7 @@ def _around(plan: Plan, core: Core, device: Device) -> Iterator[dict[str, int]]:
     for fifo in plan.fifos:
         if fifo.depth:
             width = plan.arithmetic.system.format(plan.formats.values.get(fifo.value)).width_bits
-            yield fifo_bits(width + 1, fifo.depth)
+            yield fifo_bits(width + 1, fifo.depth, device)
     for id, cell in netlist.cells.items():
         if cell.operations:
             ports = {port.name: core.modules[core.units[id]].cells[port.cell] for port in _inputs(core, id)}

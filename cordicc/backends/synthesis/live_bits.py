@@ -13,10 +13,11 @@ _SAME = frozenset(("register", "narrow", "cut", "and", "or", "xor", "not"))
 def register_bits(circuit: Circuit) -> dict[int, int]:
     """Return the flip-flops that registers need, by the numbers of their cells.
 
-    A bit that no result depends on needs none, nor does one that is constant; bits that are always equal, as
-    those of a choice among few constants may be, share one.
+    A bit that no result depends on needs none, nor does one that is constant, as those below a number that
+    was shifted are; bits that are always equal, as those of a choice among few constants may be, share one.
     """
     read = _read_bits(circuit)
+    zeros = _trailing_zeros(circuit)
     values: dict[int, tuple[int, ...]] = {}
     found = {}
     for number, cell in enumerate(circuit.cells):
@@ -24,12 +25,32 @@ def register_bits(circuit: Circuit) -> dict[int, int]:
         if known:
             values[number] = known
         if cell.kind == "register":
-            places = [at for at in range(cell.width) if read[number] >> at & 1]
+            places = [at for at in range(zeros[number], cell.width) if read[number] >> at & 1]
             if number in values:
                 columns = {tuple(value >> at & 1 for value in values[number]) for at in places}
                 found[number] = sum(len(set(column)) > 1 for column in columns)
             else:
                 found[number] = len(places)
+    return found
+
+
+def _trailing_zeros(circuit: Circuit) -> list[int]:
+    """Return how many of the lowest bits of each cell are always 0."""
+    found: list[int] = []
+    for cell in circuit.cells:
+        of = [found[each] for each in cell.operands]
+        match cell.kind:
+            case "constant":
+                value = cell.params[0]
+                found.append((value & -value).bit_length() - 1 if value else cell.width)
+            case "shl":
+                found.append(min(of[0] + cell.params[0], cell.width))
+            case "register" | "narrow" | "cut":
+                found.append(min(of[0], cell.width))
+            case "mux":
+                found.append(min(of[1:]))
+            case _:
+                found.append(0)
     return found
 
 
