@@ -16,7 +16,7 @@ from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.uses import Modes, Use, format_of, of_system, word
 from cordicc.arith.circuits.words import WordResult, encoded, encoded_angle
 from cordicc.arith.kernels.reduction import SCALE_BITS
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, exact_stretch
 from cordicc.arith.unit.cau import Cau, implicit_steps
 
 
@@ -253,11 +253,9 @@ class _Iterations:
         """
         if any(system.m == -1 for system in self._systems):
             return 8 << self._unit.fraction_bits
-        table, double = self._systems[0].table, self._unit.rule == "root-free"
-        gain = math.sqrt(2)
+        table, gain = self._systems[0].table, math.sqrt(2)
         for at, shift in enumerate(table.shifts[:number]):
-            square = math.ldexp(1.0, -2 * shift)
-            gain *= 1 + square if double and at < table.doubles else math.sqrt(1 + square)
+            gain *= float(exact_stretch(1, shift, self._is_double(at, table)))
         return math.ceil(math.ldexp(gain * (1 + 2.0**-6), self._unit.fraction_bits)) + 64
 
     def _gap_to_go(self, number: int) -> int:

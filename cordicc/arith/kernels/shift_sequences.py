@@ -181,6 +181,7 @@ def root_free(m: int, iterations: int) -> Sequence:
     return Sequence({1: "root-free", -1: "root-free-hyperbolic"}[m], m, shifts, root_free=True)
 
 
+@cache
 def blended(m: int, iterations: int, fraction_bits: int) -> Sequence:
     """Return the root-free sequence whose later double rotations are single ones by 2^-(S-1).
 

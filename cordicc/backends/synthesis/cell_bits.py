@@ -7,18 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 
 from cordicc.arith.circuits.circuit import Circuit, Gate
-from cordicc.backends.synthesis.live_bits import register_bits
+from cordicc.backends.synthesis.live_bits import SUMS, register_bits
 from cordicc.targets.device import Device
 
-_ADDERS = {
-    "add": "add",
-    "addc": "add",
-    "sub": "add",
-    "subc": "add",
-    "addsub": "add",
-    "negif": "add",
-    "round": "round",
-}
 _LOGIC = ("and", "or", "xor", "not")
 _WITH_SHIFT_REGISTERS = ("xc7",)
 """Families whose look-up tables can be shift registers."""
@@ -69,8 +60,10 @@ def choice_luts(bits: int, sources: int, device: Device) -> int:
 
 def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple[str, int]]:
     kind = cell.kind
-    if kind in _ADDERS:
-        yield _ADDERS[kind], cell.width
+    if kind == "round":
+        yield "round", cell.width
+    elif kind in SUMS:
+        yield "add", cell.width
         if kind in ("addsub", "negif"):
             turned = operands[kind == "addsub"]
             yield "turn", 0 if turned.kind == "constant" else turned.width

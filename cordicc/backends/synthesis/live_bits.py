@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 from cordicc.arith.circuits.circuit import Circuit, Gate
 
-_SUMS = frozenset(("add", "sub", "addc", "subc", "addsub", "negif"))
+SUMS = frozenset(("add", "sub", "addc", "subc", "addsub", "negif"))
+"""Kinds of cells that are a chain of carries, from the lowest bit on."""
+
 _SAME = frozenset(("register", "narrow", "cut", "and", "or", "xor", "not"))
 
 
@@ -97,7 +99,7 @@ def _taken(cell: Gate, mask: int, operands: list[Gate]) -> Iterator[tuple[int, i
     elif cell.kind == "round":
         (count,) = cell.params
         masks = [below << count | 1 << count - 1]
-    elif cell.kind in _SUMS:
+    elif cell.kind in SUMS:
         masks = [below] * len(operands)
     elif cell.kind == "mux":
         masks = [1, mask, mask]
