@@ -128,7 +128,9 @@ def load_target(
         target.machine()
     except ValueError as error:
         raise _failure(report, "E505", str(error)) from None
-    return replace(target, guard_is_open=guard_is_open(data))
+    # A unit that several functions share has one latency.
+    units = target.units if alone else {kind: replace(u, latencies={}) for kind, u in target.units.items()}
+    return replace(target, units=units, guard_is_open=guard_is_open(data))
 
 
 def _is_fixed_point(data: dict[Any, Any]) -> bool:
@@ -241,10 +243,11 @@ class _Reader:
         where = f"units.{kind}."
         required = {"latency", "functions", "area"} | ({"arithmetic"} if kind in CAU_KINDS else set())
         self._keys(data, where, required, {"initiation_interval", "adders", "stages", "latencies"})
-        latency = self._integer(data, "latency", where, 1, least=0 if kind in ("sign", "shift") else 1)
+        fewest = 0 if kind in ("sign", "shift") else 1
+        latency = self._integer(data, "latency", where, 1, least=fewest)
         latencies = self._mapping(data, "latencies", where) if "latencies" in data else {}
         alone = {
-            str(function): self._integer(latencies, function, f"{where}latencies.", 1, least=0)
+            str(function): self._integer(latencies, function, f"{where}latencies.", 1, least=fewest)
             for function in latencies
         }
         for function in sorted(set(alone) - FUNCTIONS_OF_KIND[kind]):

@@ -103,3 +103,15 @@ def test_a_plan_that_is_too_large_is_told() -> None:
 
 def test_a_plan_without_a_device_has_no_area() -> None:
     assert compile(PLANAR, target="fixed24", certify=False).area is None
+
+
+def test_a_function_has_a_latency_of_its_own_where_no_unit_is_shared(tmp_path: Path) -> None:
+    text = target_text("kinematic").text
+    own = text.replace(
+        "latency: 4\n    functions: [mul]", "latency: 4\n    latencies: {mul: 2}\n    functions: [mul]"
+    )
+    assert own != text
+    (tmp_path / "own.yaml").write_text(own, encoding="utf-8")
+    for interval, cycles in ((1, 2), (4, 4)):
+        plan = compile(PLANAR, target=str(tmp_path / "own.yaml"), ii=interval, certify=False)
+        assert {o.finish - o.start for o in plan.operations if o.kind == "mul"} == {cycles}
