@@ -10,7 +10,13 @@ import pytest
 from cordicc.frontend.load import load_problem
 from cordicc.ir.meaning.reference import reference_outputs
 from cordicc.rewrite.same_meaning import check_meaning
-from tests.support.random_problems import beside_borders, clear_validity, random_problem
+from tests.support.random_problems import (
+    RandomProblem,
+    Step,
+    beside_borders,
+    clear_validity,
+    random_problem,
+)
 from tests.support.rewriting import problem_of, same_where, searched
 from tests.support.selection import quick
 
@@ -82,6 +88,18 @@ def test_borders_of_random_problems(tmp_path: Path, first: int) -> None:
         path.write_text(written.text, encoding="utf-8")
         _, defined = reference_outputs(searched(load_problem(path).problem).graph, samples)
         np.testing.assert_array_equal(defined[clear], valid[clear], err_msg=written.text)
+
+
+def test_what_is_clear_of_a_vector_that_rounding_hides() -> None:
+    """A = B = x keeps its direction if both err alike; an implicit unit takes each to err by itself."""
+    steps = (
+        Step("w1", "solve", ("x", "x", "0", "-")),
+        Step("w2", "plain", ("sqrt(w1)",)),
+    )
+    problem = RandomProblem(0, {"x": (0.0, 1.0)}, steps, ("w2",))
+    valid, clear = clear_validity(problem, {"x": np.array([1e-6, 0.5])}, 1e-5)
+    np.testing.assert_array_equal(valid, [False, False])
+    np.testing.assert_array_equal(clear, [False, True])
 
 
 def test_an_exact_border_of_two_conditions(tmp_path: Path) -> None:

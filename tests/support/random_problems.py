@@ -212,8 +212,14 @@ def _evaluated(text: str, names: Mapping[str, Any]) -> Real:
 
 
 def circular(A: Real, B: Real, C: Real, sign: int) -> Real:
-    """Return atan2(A, B) +- acos(C/sqrt(A^2 + B^2))."""
-    f = FUNCTIONS
+    """Return atan2(A, B) +- acos(C/sqrt(A^2 + B^2)).
+
+    A vector that is no longer than the absolute noise may point anywhere and reach any C, also where A and B
+    are one value: a unit does not know that they err alike.
+    """
+    f, noise = FUNCTIONS, Real.noise
+    if noise.absolute and max(abs(A.value), abs(B.value)) <= noise.absolute:
+        return Real(noise.generator.uniform(-math.pi, math.pi))
     angle: Real = f["atan2"](A, B) + sign * f["acos"](C / f["hypot"](A, B))
     return angle
 
