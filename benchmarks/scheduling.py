@@ -125,7 +125,9 @@ def graphs() -> None:
             began = time.perf_counter()
             net = network(problem)
             bound = latency_bound(net)
-            listed = net.makespan(list_schedule(net, bound))
+            start = list_schedule(net, bound)
+            assert start is not None, "pipelines have a free slot"
+            listed = net.makespan(start)
             list_seconds = time.perf_counter() - began
             began = time.perf_counter()
             solved = solve(problem, [LATENCY])

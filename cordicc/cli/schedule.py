@@ -24,7 +24,8 @@ from cordicc.cli.streams import say
 def command(graph: Path, output: Path | None, time_limit: float | None) -> None:
     """Schedule a bare graph of operations.
 
-    GRAPH.json has initiation_interval, minimize (latency, fifo or processors), kinds (latency and limit),
+    GRAPH.json has initiation_interval, minimize (latency, fifo or processors), kinds (latency,
+    limit, and initiation_interval of units that are no pipelines),
     operations (id and kind) and edges.  FIFO words are the longest waits of the values, in cycles.
 
     \b

@@ -1,7 +1,8 @@
 """Cycle-accurate emulation: the plan as a synchronous machine, clock by clock.
 
-Units are pipelines, FIFOs shift registers, and wires run as in the plan's netlist.  The machine knows
-nothing of schedules: data that does not meet in time is an error or a wrong result.
+Units are pipelines, or busy for some cycles, FIFOs shift registers, and wires run as in the plan's
+netlist.  The machine knows nothing of schedules: data that does not meet in time is an error or a wrong
+result.
 
 The sample stream is cut into lanes, contiguous runs of samples.  The lanes are identical copies of
 the machine in lockstep, so that a register is one array with a word per lane, or None for a bubble.
@@ -30,7 +31,7 @@ Register = Signal | None
 
 
 class MachineError(Exception):
-    """Operands that do not meet, or an output that is not there when it should leave."""
+    """Operands that do not meet, a unit that is busy, or an output that is not there when it should leave."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +95,8 @@ class _Machine:
         self._order = dependence_order(plan)
         self._netlist = Netlist.of(plan)
         self._latency = {unit.id: unit.latency for unit in plan.units}
+        self._busy = {unit.id: unit.initiation_interval for unit in plan.units}
+        self._free_from = dict.fromkeys(self._busy, 0)
         self._pipelines: dict[str, deque[dict[Driver, Signal] | None]] = {
             unit.id: deque([None] * unit.latency) for unit in plan.units if unit.latency > 0
         }
@@ -122,6 +125,9 @@ class _Machine:
                 results = self._issue(operation, cycle)
                 if results is None:
                     continue
+                if cycle < self._free_from[operation.unit]:
+                    raise MachineError(f"cycle {cycle}: {operation.unit} is busy as {operation.id} enters")
+                self._free_from[operation.unit] = cycle + self._busy[operation.unit]
                 if self._latency[operation.unit] == 0:
                     wires.update(results)
                 else:

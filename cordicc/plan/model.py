@@ -30,7 +30,7 @@ class ControlWord:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A hardware unit; `latency` in cycles.
+    """A hardware unit; `latency` in cycles, and it takes an operation every `initiation_interval` cycles.
 
     Of a unit that several operations share, `inputs` are the sources of each port (`fifo f1`,
     `input x`, `constant 1/2` or `unit cau1.norm`) and `control` the words of the slots in use.
@@ -41,6 +41,7 @@ class Unit:
     latency: int
     inputs: tuple[tuple[str, ...], ...] = ()
     control: tuple[ControlWord, ...] = ()
+    initiation_interval: int = 1
 
 
 @dataclass(frozen=True, slots=True)

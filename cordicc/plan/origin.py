@@ -142,12 +142,16 @@ def told(warning: Diagnostic) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlanUnitKind:
-    """A kind of unit of the target: cycles of latency, by stage too, adders, area in adder equivalents."""
+    """A kind of unit of the target: cycles of latency, by stage too, adders, area in adder equivalents.
+
+    A unit takes an operation every `initiation_interval` cycles.
+    """
 
     latency: int
     adders: int = 0
     area: float = 0.0
     stages: Mapping[str, int] = field(default_factory=dict)
+    initiation_interval: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +181,9 @@ class PlanTarget:
             target.angle_unit,
             target.fifo_area_per_bit,
             {
-                kind: PlanUnitKind(unit.latency, unit.adders, unit.area, unit.stages)
+                kind: PlanUnitKind(
+                    unit.latency, unit.adders, unit.area, unit.stages, unit.initiation_interval
+                )
                 for kind, unit in target.units.items()
             },
             None if target.device is None else target.device.name,

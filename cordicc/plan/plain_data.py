@@ -13,6 +13,7 @@ from cordicc.plan.origin import (
     PlanCheck,
     PlanInput,
     PlanTarget,
+    PlanUnitKind,
 )
 from cordicc.plan.stated_accuracy import (
     CheckFigures,
@@ -123,9 +124,16 @@ def _target(target: PlanTarget) -> dict[str, Any]:
         "angle_unit": target.angle_unit,
         "arithmetic": target.arithmetic.spec,
         "fifo_area_per_bit": target.fifo_area_per_bit,
-        "units": {kind: {**asdict(unit), "stages": dict(unit.stages)} for kind, unit in target.units.items()},
+        "units": {kind: _unit_kind(unit) for kind, unit in target.units.items()},
     }
     return data if target.device is None else {**data, "device": target.device}
+
+
+def _unit_kind(unit: PlanUnitKind) -> dict[str, Any]:
+    data = {**asdict(unit), "stages": dict(unit.stages)}
+    if unit.initiation_interval == 1:
+        del data["initiation_interval"]
+    return data
 
 
 def _accuracy(figures: OutputAccuracy) -> dict[str, Any]:
@@ -171,6 +179,8 @@ def bound_data(bound: StatedBound) -> dict[str, Any]:
 
 def _unit(unit: Unit) -> dict[str, Any]:
     data: dict[str, Any] = {"id": unit.id, "kind": unit.kind, "latency": unit.latency}
+    if unit.initiation_interval > 1:
+        data["initiation_interval"] = unit.initiation_interval
     if unit.control:
         data["inputs"] = [list(sources) for sources in unit.inputs]
         data["control"] = [

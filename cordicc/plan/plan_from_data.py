@@ -169,6 +169,7 @@ def _read_target(data: dict[str, Any]) -> PlanTarget:
             int(unit.get("adders", 0)),
             float(unit.get("area", 0.0)),
             unit.get("stages", {}),
+            int(unit.get("initiation_interval", 1)),
         )
         for kind, unit in data.get("units", {}).items()
     }
@@ -240,7 +241,8 @@ def _read_unit(data: dict[str, Any]) -> Unit:
         for word in data.get("control", ())
     )
     inputs = tuple(tuple(sources) for sources in data.get("inputs", ()))
-    return Unit(data["id"], data["kind"], int(data["latency"]), inputs, words)
+    interval = int(data.get("initiation_interval", 1))
+    return Unit(data["id"], data["kind"], int(data["latency"]), inputs, words, interval)
 
 
 def _read_operand(data: dict[str, str]) -> Operand:

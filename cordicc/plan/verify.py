@@ -24,7 +24,7 @@ class _Use:
 def verify(plan: Plan) -> None:
     """Raise AssertionError unless the plan can run as it stands and counts itself correctly.
 
-    Covered: unique ids, dependences, units (latency, one operation a slot), FIFO chains and their
+    Covered: unique ids, dependences, units (latency, one operation at a time), FIFO chains and their
     depths, nothing dangling, multiplexers and control words, latency, CAU cycles, FIFO words.  Takes time
     linear in the size of the plan.
     """
@@ -66,10 +66,16 @@ def _check_operation(plan: Plan, unit: Unit | None, operation: Operation) -> Non
 
 def _check_slots(plan: Plan) -> None:
     taken: dict[tuple[str, int], str] = {}
+    interval = {unit.id: unit.initiation_interval for unit in plan.units}
+    for unit, cycles in interval.items():
+        _require(1 <= cycles <= plan.initiation_interval, f"{unit}: takes an operation every {cycles} cycles")
     for operation in plan.operations:
-        slot = operation.unit, operation.start % plan.initiation_interval
-        _require(slot not in taken, f"{operation.id} and {taken.get(slot)} share slot {slot[1]} of {slot[0]}")
-        taken[slot] = operation.id
+        for later in range(interval[operation.unit]):
+            slot = operation.unit, (operation.start + later) % plan.initiation_interval
+            _require(
+                slot not in taken, f"{operation.id} and {taken.get(slot)} share slot {slot[1]} of {slot[0]}"
+            )
+            taken[slot] = operation.id
 
 
 def _uses(plan: Plan) -> dict[str, _Use]:

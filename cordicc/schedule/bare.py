@@ -107,8 +107,17 @@ def _goals(graph: BareGraph) -> tuple[Goal, ...]:
 
 def _check_limits(problem: SchedulingProblem) -> None:
     findings = []
+    busy = {task.kind: task.busy for task in problem.operations}
     for kind, count in problem.counts().items():
-        limit, least = problem.limits.get(kind, count), problem.fewest(count)
+        if busy[kind] > problem.interval:
+            message = (
+                f"a unit of kind '{kind}' takes an operation every {busy[kind]} cycles, "
+                f"which is beyond the interval {problem.interval}"
+            )
+            hint = f"the least that can be met is an initiation interval of {max(busy.values())}"
+            findings.append(Diagnostic("E803", message, hint=hint))
+            continue
+        limit, least = problem.limits.get(kind, count), problem.fewest(kind)
         if limit < least:
             message = (
                 f"{count} operations of kind '{kind}' need {least} units "
@@ -116,7 +125,7 @@ def _check_limits(problem: SchedulingProblem) -> None:
             )
             hint = f"the least that can be met is a limit of {least}"
             if limit:
-                hint += f", or an initiation interval of {-(-count // limit)}"
+                hint += f", or an initiation interval of {-(-count // limit) * busy[kind]}"
             findings.append(Diagnostic("E803", message, hint=hint))
     if findings:
         raise Unattainable(findings[:_MOST_ERRORS])
@@ -132,6 +141,8 @@ def _units(problem: SchedulingProblem, schedule: Schedule, work: float) -> dict[
     wires = Wiring(
         {task.id: task.kind for task in problem.operations},
         {id: start % problem.interval for id, start in schedule.start.items()},
+        {task.id: task.busy for task in problem.operations},
+        problem.interval,
         {id: tuple(taken) for id, taken in drivers.items()},
     )
     binding = bind(wires, work)
@@ -200,32 +211,39 @@ class _Reader:
         minimize = data.get("minimize", "latency")
         if minimize not in _MINIMIZE:
             self._error("E801", f"minimize is {_shown(minimize)}, not one of {', '.join(_MINIMIZE)}")
-        latency, limits = self._kinds(data.get("kinds", {}))
-        kinds = self._operations(data.get("operations", []), latency)
+        known, limits = self._kinds(data.get("kinds", {}))
+        kinds = self._operations(data.get("operations", []), known)
         edges = self._edges(data.get("edges", []), kinds)
         if self._report.failed:
             return None
-        return BareGraph(_problem(interval, latency, limits, kinds, edges), minimize)
+        return BareGraph(_problem(interval, known, limits, kinds, edges), minimize)
 
-    def _kinds(self, data: Any) -> tuple[dict[str, int], dict[str, int]]:
-        latency: dict[str, int] = {}
+    def _kinds(self, data: Any) -> tuple[dict[str, tuple[int, int]], dict[str, int]]:
+        """Return latency and interval of each kind, and limits."""
+        found: dict[str, tuple[int, int]] = {}
         limits: dict[str, int] = {}
         if not isinstance(data, dict) or len(data) > MAX_KINDS:
             self._error("E801", f"kinds must be an object of at most {MAX_KINDS} kinds")
-            return latency, limits
+            return found, limits
         for kind, item in data.items():
             where = f"kinds.{kind[:40]}"
             if not self._name(kind, f"the name of {where}"):
                 continue
-            if not isinstance(item, dict) or item.keys() - {"latency", "limit"} or "latency" not in item:
-                self._error("E801", f"{where} must be an object with 'latency' and, if limited, 'limit'")
+            unknown = isinstance(item, dict) and item.keys() - {"latency", "initiation_interval", "limit"}
+            if not isinstance(item, dict) or unknown or "latency" not in item:
+                wanted = "'latency' and perhaps 'initiation_interval' and 'limit'"
+                self._error("E801", f"{where} must be an object with {wanted}")
                 continue
-            latency[kind] = self._number(item["latency"], f"{where}.latency", 0, MAX_LATENCY)
+            own = item.get("initiation_interval", 1)
+            found[kind] = (
+                self._number(item["latency"], f"{where}.latency", 0, MAX_LATENCY),
+                self._number(own, f"{where}.initiation_interval", 1, MAX_LATENCY),
+            )
             if item.get("limit") is not None:
                 limits[kind] = self._number(item["limit"], f"{where}.limit", 0, MAX_OPERATIONS)
-        return latency, limits
+        return found, limits
 
-    def _operations(self, data: Any, known: Mapping[str, int]) -> dict[str, str]:
+    def _operations(self, data: Any, known: Mapping[str, Any]) -> dict[str, str]:
         kinds: dict[str, str] = {}
         if not isinstance(data, list) or len(data) > MAX_OPERATIONS:
             self._error("E801", f"operations must be a list of at most {MAX_OPERATIONS}")
@@ -282,7 +300,7 @@ class _Reader:
 
 def _problem(
     interval: int,
-    latency: Mapping[str, int],
+    known: Mapping[str, tuple[int, int]],
     limits: Mapping[str, int],
     kinds: Mapping[str, str],
     edges: Iterable[tuple[str, str]],
@@ -293,6 +311,6 @@ def _problem(
     for producer, taker in edges:
         takers[_PREFIX + producer].append((_PREFIX + taker, str(ports[taker])))
         ports[taker] += 1
-    tasks = tuple(Task(_PREFIX + id, kind, latency[kind]) for id, kind in kinds.items())
+    tasks = tuple(Task(_PREFIX + id, kind, *known[kind]) for id, kind in kinds.items())
     values = tuple(TaskValue(id, id, tuple(sinks)) for id, sinks in takers.items())
     return SchedulingProblem(tasks, values, interval, dict(limits), "cycles")

@@ -7,13 +7,15 @@ the same constant, or results of one unit directly; so the bindings of producers
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 from cordicc.plan.model import Operation
 from cordicc.plan.netlist import Connection, Driver, Netlist, UnitResult
+from cordicc.schedule.solver.reservations import coloured
 
 _MOST_SWAPPED = 300
 """Operations up to which more is done than to place one after the other."""
@@ -49,14 +51,30 @@ Source = Driver | Delayed | tuple[str, int | str, int]
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """What `bind` needs: the kind and the slot of each operation, and what drives each of its ports."""
+    """What `bind` needs: the kind of each operation, its slots, and what drives each of its ports.
+
+    An operation keeps its unit for `busy` slots from `slot` on, modulo the interval.
+    """
 
     kind: Mapping[str, str]
     slot: Mapping[str, int]
+    busy: Mapping[str, int]
+    interval: int
     drivers: Mapping[str, tuple[Taken, ...]]
 
+    def arc(self, id: str) -> tuple[int, int]:
+        """Return the first slot of an operation and how many it has."""
+        return self.slot[id], self.busy[id]
 
-def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str, str]) -> Wiring:
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two operations of a kind need a unit at the same time."""
+        (first, busy), (second, long) = self.arc(one), self.arc(other)
+        return (second - first) % self.interval < busy or (first - second) % self.interval < long
+
+
+def wiring(
+    netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str, str], busy: Mapping[str, int]
+) -> Wiring:
     """Return the wiring of operations that have their starts; `kind` says which may share a unit."""
 
     def driver(connection: Connection) -> Driver | MadeBy:
@@ -66,16 +84,20 @@ def wiring(netlist: Netlist, operations: Sequence[Operation], kind: Mapping[str,
         return MadeBy(result.operation.id, result.position)
 
     drivers = {id: tuple(map(driver, ports)) for id, ports in netlist.operands.items()}
-    return Wiring(kind, {o.id: o.start % netlist.interval for o in operations}, drivers)
+    slots = {o.id: o.start % netlist.interval for o in operations}
+    return Wiring(kind, slots, busy, netlist.interval, drivers)
 
 
 def bind(wires: Wiring, work: float) -> Binding:
-    """Return a binding with no more units than the fullest slot of each kind needs.
+    """Return a binding with no more units than the slots of each kind need, see `reservations.coloured`.
 
     `work` is the deterministic time of the exact search, 0 for none.
     """
-    units = _unit_counts(wires)
-    binding = _one_by_one(wires, units)
+    apart = _apart(wires)
+    units: dict[str, int] = {}
+    for id, unit in apart.items():
+        units[wires.kind[id]] = max(units.get(wires.kind[id], 0), unit + 1)
+    binding = _one_by_one(wires, units, apart)
     nothing_shared = sum(units.values()) == len(wires.kind)
     if nothing_shared or len(wires.kind) > _MOST_SWAPPED or all(count == 1 for count in units.values()):
         return binding
@@ -83,14 +105,21 @@ def bind(wires: Wiring, work: float) -> Binding:
     return _exact(wires, units, swapped, work) if work else swapped
 
 
-def _unit_counts(wires: Wiring) -> dict[str, int]:
-    busy: dict[tuple[str, int], int] = {}
-    units: dict[str, int] = {}
+def _apart(wires: Wiring) -> Binding:
+    """Return a binding with few units, whatever the multiplexers."""
+    of_kind: dict[str, list[str]] = {}
     for id, kind in wires.kind.items():
-        place = kind, wires.slot[id]
-        busy[place] = busy.get(place, 0) + 1
-        units[kind] = max(units.get(kind, 0), busy[place])
-    return units
+        of_kind.setdefault(kind, []).append(id)
+    found: Binding = {}
+    for ids in of_kind.values():
+        if all(wires.busy[id] == 1 for id in ids):
+            taken: Counter[int] = Counter()
+            for id in ids:
+                found[id] = taken[wires.slot[id]]
+                taken[wires.slot[id]] += 1
+        else:
+            found |= zip(ids, coloured([wires.arc(id) for id in ids], wires.interval), strict=True)
+    return {id: found[id] for id in wires.kind}
 
 
 def _source(wires: Wiring, binding: Binding, driver: Taken) -> Source:
@@ -116,9 +145,14 @@ def _cost(wires: Wiring, binding: Binding) -> int:
     return sum(len(sources) for sources in _ports(wires, binding).values())
 
 
-def _one_by_one(wires: Wiring, units: Mapping[str, int]) -> Binding:
-    """Give each operation the free unit whose ports gain the fewest sources."""
+def _one_by_one(wires: Wiring, units: Mapping[str, int], apart: Binding) -> Binding:
+    """Give each operation the free unit whose ports gain the fewest sources.
+
+    Of a kind of which some operation keeps its unit for several slots, that may leave no unit for another:
+    such ones stay where they are `apart`.
+    """
     binding: Binding = {}
+    lasting = {wires.kind[id] for id, busy in wires.busy.items() if busy > 1}
     taken: dict[tuple[str, int], set[int]] = {}
     opened: dict[str, int] = {}
     ports: dict[tuple[str, int, int], set[Source]] = {}
@@ -133,7 +167,7 @@ def _one_by_one(wires: Wiring, units: Mapping[str, int]) -> Binding:
             fresh = (s not in ports.get((kind, unit, p), set()) for p, s in enumerate(sources))
             return sum(fresh), unit
 
-        unit = min(free, key=gain)
+        unit = apart[id] if kind in lasting else min(free, key=gain)
         binding[id] = unit
         busy.add(unit)
         opened[kind] = max(count, unit + 1)
@@ -142,23 +176,46 @@ def _one_by_one(wires: Wiring, units: Mapping[str, int]) -> Binding:
     return binding
 
 
-def _swapped(wires: Wiring, units: Mapping[str, int], binding: Binding) -> Binding:
-    """Exchange the units of two operations in one slot, or move one to a free unit, while that helps."""
+def _exchanges(wires: Wiring, units: Mapping[str, int], now: Binding) -> Iterator[tuple[list[str], int, int]]:
+    """Yield operations of a kind that may change two units for one another, whatever the others do.
+
+    Those are the ones of a slot; where operations keep their units for several slots, those on either unit
+    that overlap, one with another.  `now` may change between two of them.
+    """
+    members: dict[str, list[str]] = {}
     groups: dict[tuple[str, int], list[str]] = {}
+    lasting = {wires.kind[id] for id, busy in wires.busy.items() if busy > 1}
     for id, kind in wires.kind.items():
         if units[kind] > 1:
-            groups.setdefault((kind, wires.slot[id]), []).append(id)
+            members.setdefault(kind, []).append(id)
+            if kind not in lasting:
+                groups.setdefault((kind, wires.slot[id]), []).append(id)
+    for (kind, _), group in groups.items():
+        for a, b in combinations(range(units[kind]), 2):
+            yield group, a, b
+    for kind in sorted(lasting.intersection(members)):
+        for a, b in combinations(range(units[kind]), 2):
+            left = [id for id in members[kind] if now[id] in (a, b)]
+            while left:
+                chain = [left.pop()]
+                for id in chain:
+                    chain += [other for other in left if wires.meet(id, other)]
+                    left = [other for other in left if other not in chain]
+                yield chain, a, b
+
+
+def _swapped(wires: Wiring, units: Mapping[str, int], binding: Binding) -> Binding:
+    """Exchange the units of two operations in one slot, or move one to a free unit, while that helps."""
     best = dict(binding)
     least = _cost(wires, best)
     for _ in range(_SWEEPS):
         before = least
-        for (kind, _), group in groups.items():
-            for a, b in combinations(range(units[kind]), 2):
-                trial = dict(best)
-                for id in group:
-                    trial[id] = b if best[id] == a else a if best[id] == b else best[id]
-                if trial != best and (cost := _cost(wires, trial)) < least:
-                    best, least = trial, cost
+        for group, a, b in _exchanges(wires, units, best):
+            turned = {id: a + b - best[id] for id in group if best[id] in (a, b)}
+            trial = best | turned
+            if turned and (cost := _cost(wires, trial)) < least:
+                best |= turned
+                least = cost
         if least == before:
             break
     return best
@@ -171,13 +228,19 @@ def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding, work: float) 
     model = cp_model.CpModel()
     on: dict[tuple[str, int], Any] = {}
     slots: dict[tuple[str, int, int], list[Any]] = {}
+    starts: dict[str, set[int]] = {}
+    for id, kind in wires.kind.items():
+        starts.setdefault(kind, set()).add(wires.slot[id])
     for id, kind in wires.kind.items():
         for unit in range(units[kind]):
             literal = model.new_bool_var("") if units[kind] > 1 else model.new_constant(1)
             on[id, unit] = literal
             if units[kind] > 1:
                 model.add_hint(literal, seed[id] == unit)
-            slots.setdefault((kind, unit, wires.slot[id]), []).append(literal)
+            # Two that overlap do so where one of them starts.
+            for slot in sorted(starts[kind]) if wires.busy[id] > 1 else (wires.slot[id],):
+                if (slot - wires.slot[id]) % wires.interval < wires.busy[id]:
+                    slots.setdefault((kind, unit, slot), []).append(literal)
         model.add_exactly_one(on[id, unit] for unit in range(units[kind]))
     for literals in slots.values():
         model.add_at_most_one(literals)
@@ -210,12 +273,13 @@ def _exact(wires: Wiring, units: Mapping[str, int], seed: Binding, work: float) 
 
 
 def _first_full(wires: Wiring, kind: str, count: int) -> list[str]:
-    """Return the operations of the first slot in which all units of a kind are busy."""
-    busy: dict[int, list[str]] = {}
-    for id, other in wires.kind.items():
-        if other == kind:
-            busy.setdefault(wires.slot[id], []).append(id)
-    return next(ids for _, ids in sorted(busy.items()) if len(ids) == count)
+    """Return the operations of the first slot in which all units of a kind are busy, if there is one."""
+    members = [id for id, other in wires.kind.items() if other == kind]
+    busy = {
+        slot: [id for id in members if (slot - wires.slot[id]) % wires.interval < wires.busy[id]]
+        for slot in {wires.slot[id] for id in members}
+    }
+    return next((ids for _, ids in sorted(busy.items()) if len(ids) == count), [])
 
 
 def _possible(

@@ -25,6 +25,7 @@ def place(plan: Plan, limits: Limits) -> Plan:
     """
     interval = limits.initiation_interval
     problem = scheduling_problem(plan, interval)
+    busy = {task.id: task.busy for task in problem.operations}
     system = plan.arithmetic.system
     widths = {v.name: system.format(plan.formats.values.get(v.name)).width_bits for v in problem.values}
     order = goals(limits.minimize, plan.target, tuple(problem.counts()), widths)
@@ -41,9 +42,8 @@ def place(plan: Plan, limits: Limits) -> Plan:
         fifos=delays(problem, schedule, widths),
     )
     kinds = {task.id: task.kind for task in problem.operations}
-    units, operations = _bound(
-        started, kinds, bind(wiring(Netlist.of(timed), started, kinds), limits.effort.binding)
-    )
+    binding = bind(wiring(Netlist.of(timed), started, kinds, busy), limits.effort.binding)
+    units, operations = _bound(started, kinds, busy, binding)
     bound = replace(timed, units=units, operations=operations)
     return replace(
         bound,
@@ -70,7 +70,10 @@ def figures(plan: Plan, minimize: str) -> tuple[float, ...]:
 
 def scheduling_problem(plan: Plan, interval: int) -> SchedulingProblem:
     """Return the problem of a plan's operations."""
-    tasks = tuple(Task(o.id, _shared_kind(o), _cycles(o)) for o in plan.operations)
+    units = plan.target.units
+    tasks = tuple(
+        Task(o.id, _shared_kind(o), _cycles(o), units[o.kind].initiation_interval) for o in plan.operations
+    )
     return SchedulingProblem(tasks, _values(plan), interval)
 
 
@@ -109,7 +112,7 @@ def _values(plan: Plan) -> tuple[TaskValue, ...]:
 
 
 def _bound(
-    operations: Sequence[Operation], kinds: Mapping[str, str], binding: Binding
+    operations: Sequence[Operation], kinds: Mapping[str, str], busy: Mapping[str, int], binding: Binding
 ) -> tuple[tuple[Unit, ...], tuple[Operation, ...]]:
     """Give every operation its unit; units are numbered by first use, CAUs together."""
     names: dict[tuple[str, int], str] = {}
@@ -122,7 +125,8 @@ def _bound(
             prefix = "cau" if operation.kind in CAU_KINDS else operation.kind
             count[prefix] = count.get(prefix, 0) + 1
             names[key] = f"{prefix}{count[prefix]}"
-            units.append(Unit(names[key], operation.kind, _cycles(operation)))
+            interval = busy[operation.id]
+            units.append(Unit(names[key], operation.kind, _cycles(operation), initiation_interval=interval))
         bound.append(operation.at(names[key], operation.start, operation.finish))
     return tuple(units), tuple(bound)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import lcm
 
@@ -78,10 +78,11 @@ def scheduled(problem: SchedulingProblem, order: Sequence[Goal], limits: Limits)
     """Return the schedule that is best in the goals within the limits.
 
     Raises:
-        OutOfLimits: no plan within the limits (E402, E403, E407), with what binds and the nearest
+        OutOfLimits: no plan within the limits (E402, E403, E406, E407), with what binds and the nearest
             values that can be met.
     """
     max_processors, max_latency, effort = limits.max_processors, limits.max_latency, limits.effort
+    _check_interval(problem)
     _check_processors(problem, max_processors)
     _check_path(problem, max_latency)
     most = None if max_processors is None else (PROCESSORS, max_processors)
@@ -93,13 +94,25 @@ def scheduled(problem: SchedulingProblem, order: Sequence[Goal], limits: Limits)
         raise _both(problem, most, max_latency, effort) from None
 
 
+def _check_interval(problem: SchedulingProblem) -> None:
+    longest = max(problem.operations, key=lambda task: task.busy, default=None)
+    if longest is None or longest.busy <= problem.interval:
+        return
+    message = (
+        f"a sample every {problem.interval} cycle{'s' if problem.interval > 1 else ''} is more than a unit "
+        f"of kind {longest.kind.split(' ')[0]} can take, which is busy for {longest.busy}"
+    )
+    hint = f"the least that can be met is --ii {longest.busy}"
+    raise OutOfLimits("E406", message, hint, longest.busy)
+
+
 def _check_processors(problem: SchedulingProblem, limit: int | None) -> None:
     counts = {kind: count for kind, count in problem.counts().items() if kind in CAU_KINDS}
-    least = sum(problem.fewest(count) for count in counts.values())
+    least = sum(problem.fewest(kind) for kind in counts)
     if limit is None or least <= limit:
         return
     needs = ", ".join(
-        f"{count} {kind} operation{'s need' if count != 1 else ' needs'} {problem.fewest(count)}"
+        f"{count} {kind} operation{'s need' if count != 1 else ' needs'} {problem.fewest(kind)}"
         for kind, count in counts.items()
     )
     message = (
@@ -109,7 +122,7 @@ def _check_processors(problem: SchedulingProblem, limit: int | None) -> None:
     hint = f"the least that can be met is --max-processors {least}"
     if limit >= len(counts):
         interval = problem.interval
-        while sum(-(-count // interval) for count in counts.values()) > limit:
+        while sum(replace(problem, interval=interval).fewest(kind) for kind in counts) > limit:
             interval += 1
         hint += f", or --ii {interval} with --max-processors {limit}"
     raise OutOfLimits("E402", message, hint, least)

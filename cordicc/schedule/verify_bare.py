@@ -11,8 +11,8 @@ def verify_bare(question: Mapping[str, Any], answer: Mapping[str, Any]) -> None:
     """Raise AssertionError unless an answer keeps all that its question asks.
 
     Both are in the JSON form of `cordicc schedule`.  Covered: every operation is scheduled and has a unit
-    of its kind and of no other, dependences, one operation per unit and slot, limits, latency, FIFO words,
-    bounds.  Takes linear time.
+    of its kind and of no other, dependences, no operation on a unit that another one keeps, limits,
+    latency, FIFO words, bounds.  Takes linear time.
     """
     kinds = question["kinds"]
     kind = {operation["id"]: operation["kind"] for operation in question["operations"]}
@@ -31,7 +31,12 @@ def verify_bare(question: Mapping[str, Any], answer: Mapping[str, Any]) -> None:
         cycles = start[taker] - finish[producer]
         assert cycles >= 0, f"'{taker}' starts {-cycles} cycles before '{producer}' is done"
         wait[producer] = max(wait.get(producer, 0), cycles)
-    busy = Counter((unit[id], cycle % interval) for id, cycle in start.items())
+    kept = {name: item.get("initiation_interval", 1) for name, item in kinds.items()}
+    busy = Counter(
+        (unit[id], (cycle + later) % interval)
+        for id, cycle in start.items()
+        for later in range(kept[kind[id]])
+    )
     shared = next((place for place, count in busy.items() if count > 1), None)
     assert shared is None, f"unit '{shared and shared[0]}' has several operations in a slot"
     of_kind: dict[str, str] = {}

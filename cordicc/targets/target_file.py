@@ -255,11 +255,6 @@ class _Reader:
                 f"{where}latencies: '{_shown(function)}' is no function of a unit of kind '{kind}'", where
             )
         interval = self._integer(data, "initiation_interval", where, 1, least=1)
-        if interval != 1:
-            self._error(
-                f"{where}initiation_interval {interval}: iterative units are not supported yet",
-                f"{where}initiation_interval",
-            )
         adders = self._integer(data, "adders", where, 0, least=0)
         area = self._number(data, "area", where, 0.0)
         functions = data.get("functions", [])

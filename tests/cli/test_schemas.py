@@ -343,7 +343,7 @@ def test_what_the_target_schema_refuses_the_loader_refuses(
         ("kinematic", ("units", "mul", "area"), "big"),
         ("kinematic", ("units", "mul", "latencies"), 3),
         ("kinematic", ("units", "mul", "latencies"), {"mul": "long"}),
-        ("kinematic", ("units", "mul", "initiation_interval"), 2),
+        ("kinematic", ("units", "mul", "initiation_interval"), 0),
         ("kinematic", ("units", "standard", "arithmetic"), ...),
         ("kinematic", ("units", "standard", "arithmetic"), "auto"),
         ("kinematic", ("units", "standard", "arithmetic", "mantissa_bits"), 99),

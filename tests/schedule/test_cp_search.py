@@ -55,7 +55,7 @@ def test_processors_then_latency_then_words(flow: Flow, interval: int, measure: 
     problem = replace(flow.problem(), interval=interval, measure=measure)
     count = len(problem.operations)
     assume(count)
-    units = problem.fewest(count)
+    units = problem.fewest("mix")
     latency = least_latency(problem, units)
     assume(latency < 9)
     words = min(fifo_words(problem, start, latency) for start in within(problem, latency, units))
@@ -106,6 +106,7 @@ def test_bounds_hold_and_lists_are_feasible(flow: Flow, interval: int, units: in
     assume(0 < count <= units * interval)
     net = network(problem, {"mix": units})
     start = list_schedule(net, 0)
+    assert start is not None
     assert all(start[t] >= start[i] + net.latency[i] for i in range(count) for t in net.after[i])
     assert fits(problem, dict(zip(net.ids, start, strict=True)), units)
     assert latency_bound(net) <= net.makespan(start)
@@ -119,23 +120,25 @@ def test_words_are_never_above_those_of_the_list_schedule(flow: Flow, interval: 
     problem = replace(flow.problem(), interval=interval, measure=measure)
     count = len(problem.operations)
     assume(count)
-    net = network(problem, {"mix": problem.fewest(count)})
+    net = network(problem, {"mix": problem.fewest("mix")})
     start = list_schedule(net, 0)
+    assert start is not None
     latency = net.makespan(start)
     moved = improve(problem, net, start, latency, [1] * len(problem.values))
     before, after = (dict(zip(net.ids, cycles, strict=True)) for cycles in (start, moved))
     assert fifo_words(problem, after, latency) <= fifo_words(problem, before, latency)
     assert net.makespan(moved) <= latency
     assert all(moved[t] >= moved[i] + net.latency[i] for i in range(count) for t in net.after[i])
-    assert fits(problem, after, problem.fewest(count))
+    assert fits(problem, after, problem.fewest("mix"))
 
 
 @relaxed
 @given(flows(most_operations=12, most_latency=9), st.integers(1, 6), st.sampled_from(["entries", "cycles"]))
 def test_large_problems_go_in_blocks(flow: Flow, interval: int, measure: str) -> None:
     problem = replace(flow.problem(), interval=interval, measure=measure)
-    net = network(problem, {"mix": problem.fewest(len(problem.operations))})
+    net = network(problem, {"mix": problem.fewest("mix")})
     start = list_schedule(net, 0)
+    assert start is not None
     latency = net.makespan(start)
     whole = least_cycles(problem, latency)
     assert 0 <= least_cycles(problem, latency, most_whole=3) <= whole
@@ -168,7 +171,7 @@ def test_taps_never_cost_more_than_a_delay_for_each_consumer(flow: Flow, interva
 def test_binding_has_the_fewest_multiplexer_inputs(rows: list[tuple[int, list[int]]]) -> None:
     slot = {f"o{k}": row[0] for k, row in enumerate(rows)}
     drivers = {f"o{k}": tuple(ConstantWord(str(c)) for c in row[1]) for k, row in enumerate(rows)}
-    wires = Wiring(dict.fromkeys(slot, "mul"), slot, drivers)
+    wires = Wiring(dict.fromkeys(slot, "mul"), slot, dict.fromkeys(slot, 1), 3, drivers)
     found = bind(wires, Effort().binding)
     places = [(slot[id], unit) for id, unit in found.items()]
     assert len(set(places)) == len(places)
@@ -229,7 +232,7 @@ def test_symmetries_cost_nothing(flow: Flow, interval: int) -> None:
     problem = replace(doubled(flow).problem(), interval=interval)
     count = len(problem.operations)
     assume(count)
-    units = problem.fewest(count)
+    units = problem.fewest("mix")
     latency = least_latency(problem, units)
     assume(latency < 12)
     words = min(fifo_words(problem, start, latency) for start in within(problem, latency, units))
@@ -244,9 +247,10 @@ def test_neighbourhoods_keep_what_holds_and_lose_no_words(flow: Flow, interval: 
     problem = replace(flow.problem(), interval=interval)
     count = len(problem.operations)
     assume(count)
-    units = problem.fewest(count)
+    units = problem.fewest("mix")
     net = network(problem, {})
     start = list_schedule(network(problem, {"mix": units}), 0)
+    assert start is not None
     latency = net.makespan(start)
     space = Space(net.head, net.tail, (latency, latency), {"mix": (units, units)})
     clock = Clock(Work(0.2))

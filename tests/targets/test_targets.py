@@ -76,7 +76,7 @@ def edited(tmp_path, edit):
         (lambda d: d.update(clock_hz=10**400), "clock_hz must be a number from 1 to 1e+12"),
         (lambda d: d.update(clock_hz=1e-320), "clock_hz must be a number from 1 to 1e+12"),
         (lambda d: d.update(angle_unit="turn"), "angle_unit 'turn' is not supported yet"),
-        (lambda d: d["units"]["mul"].update(initiation_interval=2), "iterative units are not supported yet"),
+        (lambda d: d["units"]["mul"].update(initiation_interval=0), "must be an integer from 1 to 100000"),
         (lambda d: d["units"]["mul"].update(latency=10**400), "units.mul.latency must be an integer from 1"),
         (lambda d: d.update(name=3), "name must be text"),
         (lambda d: d.update(angle_unit="deg"), "angle_unit must be"),

@@ -4,6 +4,10 @@ The start of an operation is interval * k + slot.  A kind of c units does at mos
 cumulative constraint on the slots; the same constraint on the starts is redundant, but carries bounds
 from the dependences.  Which unit of its kind an operation gets does not matter here, so units are
 interchangeable by construction; of schedules that symmetries turn into one another one is kept.
+
+Operations that keep their units for several cycles are arcs of slots.  On one unit arcs do not overlap; with
+several it matters which one an operation gets, as arcs may need more units than lie over any slot, so each
+operation is on one of them.
 """
 
 from __future__ import annotations
@@ -30,7 +34,8 @@ class Space:
     """Where to search: windows of starts, latencies, units of each kind (least, most), earlier goals.
 
     `units` has the kinds that are counted; the network's other kinds have as many as they take.  `taken`:
-    units of a kind that are not to be had, by slot, because operations outside the problem use them.
+    units of a kind that are not to be had, by slot, because operations outside the problem use them;
+    `placed`: the slots and cycles of such operations, of kinds that keep their units for several cycles.
     """
 
     head: Sequence[int]
@@ -39,6 +44,7 @@ class Space:
     units: Mapping[str, tuple[int, int]]
     held: Sequence[tuple[Goal, int]] = ()
     taken: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    placed: Mapping[str, Sequence[tuple[int, int]]] = field(default_factory=dict)
 
     def first(self, index: int) -> int:
         """Return the earliest start of an operation."""
@@ -100,6 +106,9 @@ class Program:
         self.units[kind] = units
         if self._suffices(kind):
             return
+        if max(self.net.busy[index] for index in members) > 1 or kind in self.space.placed:
+            self._share_for_long(kind, members, units, most)
+            return
         taken = self.space.taken.get(kind, [0] * self.net.interval)
         slots = [self._slot(index) for index in members]
         starts = [self.start[index] for index in members]
@@ -110,10 +119,41 @@ class Program:
             at_most(model, slots, units, [(place, count) for place, count in enumerate(taken) if count])
         at_most(model, starts, units, [])
 
+    def _share_for_long(self, kind: str, members: Sequence[int], units: Any, most: int) -> None:
+        """Keep operations that take their units for several cycles on units of their own meanwhile."""
+        model, interval = self.model, self.net.interval
+        placed = self.space.placed.get(kind, ())
+        arcs = [(self._slot(index), self.net.busy[index]) for index in members]
+        arcs += [(model.new_constant(slot), busy) for slot, busy in placed]
+        pieces: list[list[Any]] = [[] for _ in range(most)]
+        for number, (slot, busy) in enumerate(arcs):
+            # Units are alike: the first operation is on the first one, the next on one of two.
+            on = [model.new_bool_var(f"{kind} {number} on {unit}") for unit in range(min(most, number + 1))]
+            model.add_exactly_one(on)
+            for unit, literal in enumerate(on):
+                if not isinstance(units, int):
+                    model.add(units > unit).only_enforce_if(literal)
+                # An arc beyond the last slot goes on at the first: as seen one interval later.
+                for turn in (0, interval):
+                    piece = model.new_optional_fixed_size_interval_var(slot + turn, busy, literal, "")
+                    pieces[unit].append(piece)
+        for each in pieces:
+            model.add_no_overlap(each)
+        busy_for = self.net.busy
+        spans = [model.new_fixed_size_interval_var(self.start[i], busy_for[i], "") for i in members]
+        model.add_cumulative(spans, [1] * len(spans), units)
+        for place in range(interval if self.at else 0):
+            over: list[Any] = [
+                self.at[i][(place - passed) % interval] for i in members for passed in range(busy_for[i])
+            ]
+            over += [(place - slot) % interval < busy for slot, busy in placed]
+            model.add(sum(over) <= units)
+
     def _suffices(self, kind: str) -> bool:
         """Tell whether the operations of a kind have a unit each, whatever their slots."""
         fewest, _ = self.space.units[kind]
-        return kind not in self.space.taken and fewest >= len(self.members[kind])
+        outside = kind in self.space.taken or kind in self.space.placed
+        return not outside and fewest >= len(self.members[kind])
 
     def _add_slots(self) -> None:
         """Add a literal for each slot of each operation, if they are not too many."""

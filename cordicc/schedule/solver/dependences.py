@@ -12,13 +12,16 @@ from cordicc.schedule.solver.scheduling_problem import SchedulingProblem
 class Network:
     """Operations by their index in the problem, kinds by their index in `kinds`.
 
-    `capacity` is the number of units of a kind, None if unlimited.  `head` is the earliest start of an
-    operation, `tail` the longest way from its start to the end, both by dependences alone.  A kind whose
-    operations all fit whatever their slots counts as unlimited.
+    An operation keeps its unit for `busy` cycles, from `taking` cycles after its start on.  `capacity` is the
+    number of units of a kind, None if unlimited.  `head` is the earliest start of an operation, `tail` the
+    longest way from its start to the end, both by dependences alone.  A kind whose operations all fit
+    whatever their slots counts as unlimited.
     """
 
     ids: tuple[str, ...]
     latency: tuple[int, ...]
+    busy: tuple[int, ...]
+    taking: tuple[int, ...]
     kind: tuple[int, ...]
     kinds: tuple[str, ...]
     capacity: tuple[int | None, ...]
@@ -36,9 +39,12 @@ class Network:
 
     def reversed(self) -> Network:
         """Return the network in which time runs backwards; a start there is minus a finish here."""
+        spans = zip(self.latency, self.busy, self.taking, strict=True)
         return build(
             self.ids,
             self.latency,
+            self.busy,
+            [latency - busy - taking for latency, busy, taking in spans],
             self.kind,
             self.kinds,
             self.capacity,
@@ -46,6 +52,11 @@ class Network:
             self.after,
             self.before,
         )
+
+    @property
+    def lasting(self) -> list[int]:
+        """Return the kinds of which some operation keeps its unit for more than a cycle."""
+        return sorted({kind for kind, busy in zip(self.kind, self.busy, strict=True) if busy > 1})
 
     def members(self) -> list[list[int]]:
         """Return the operations of each kind."""
@@ -62,6 +73,8 @@ class Network:
 def build(
     ids: Sequence[str],
     latency: Sequence[int],
+    busy: Sequence[int],
+    taking: Sequence[int],
     kind: Sequence[int],
     kinds: Sequence[str],
     capacity: Sequence[int | None],
@@ -86,8 +99,8 @@ def build(
         for taker in after[index]:
             tail[index] = max(tail[index], latency[index] + tail[taker])
     return Network(
-        tuple(ids), tuple(latency), tuple(kind), tuple(kinds), tuple(capacity), interval,
-        tuple(tuple(each) for each in before), tuple(tuple(each) for each in after),
+        tuple(ids), tuple(latency), tuple(busy), tuple(taking), tuple(kind), tuple(kinds), tuple(capacity),
+        interval, tuple(tuple(each) for each in before), tuple(tuple(each) for each in after),
         tuple(order), tuple(head), tuple(tail),
     )  # fmt: skip
 
@@ -108,6 +121,7 @@ def network(problem: SchedulingProblem, limits: Mapping[str, int] | None = None)
         after[position[producer]][position[taker]] = None
     tasks = problem.operations
     return build(
-        [task.id for task in tasks], [task.latency for task in tasks], [kinds[task.kind] for task in tasks],
-        tuple(kinds), capacity, problem.interval, [tuple(b) for b in before], [tuple(a) for a in after],
+        [task.id for task in tasks], [task.latency for task in tasks], [task.busy for task in tasks],
+        [0] * len(tasks), [kinds[task.kind] for task in tasks], tuple(kinds), capacity, problem.interval,
+        [tuple(b) for b in before], [tuple(a) for a in after],
     )  # fmt: skip

@@ -15,7 +15,7 @@ from cordicc.schedule.solver import cp_search, fifo_lp
 from cordicc.schedule.solver.cp_program import Space
 from cordicc.schedule.solver.dependences import Network, network
 from cordicc.schedule.solver.goals import LATENCY, Goal, counted_kinds, figure, units_used
-from cordicc.schedule.solver.latency_bounds import fewest_units, latency_bound, raised
+from cordicc.schedule.solver.latency_bounds import fewest_by_kind, latency_bound, raised
 from cordicc.schedule.solver.modulo_list import list_schedule
 from cordicc.schedule.solver.scheduling_problem import (
     InfeasibleError,
@@ -94,7 +94,7 @@ def _at_interval_one(
 ) -> Schedule:
     """Every operation has a unit of its own, so units cost the same whatever the schedule."""
     net = network(problem)
-    units = fewest_units(net)
+    units = fewest_by_kind(net)
     if most is not None:
         needed = sum(weight * units.get(kind, 0) for kind, weight in most[0].units.items())
         if needed > most[1]:
@@ -129,7 +129,7 @@ class _Search:
         self._end = None if effort.seconds is None else time.monotonic() + effort.seconds
         counts = problem.counts()
         self._net = net = network(problem, {})
-        self._fewest = fewest_units(net)
+        self._fewest = fewest_by_kind(net)
         counted = counted_kinds([*goals, *([most[0]] if most else [])])
         counted |= {kind for kind, limit in problem.limits.items() if limit < counts.get(kind, 0)}
         self._units = {
@@ -304,7 +304,8 @@ class _Search:
         elif goal.latency:
             for units in self._splits():
                 net = network(self._problem, units)
-                yield list_schedule(net, latency_bound(net))
+                if (start := list_schedule(net, latency_bound(net))) is not None:
+                    yield start
         if goal.units:
             for start in self._few_units(goal):
                 yield self._improved(goal, start) if goal.words else start
@@ -344,9 +345,10 @@ class _Search:
         while True:
             net = network(self._problem, units)
             start = list_schedule(net, min(self._latency[1], self._horizon))
-            yield start
-            if net.makespan(start) <= self._latency[1]:
-                return
+            if start is not None:
+                yield start
+                if net.makespan(start) <= self._latency[1]:
+                    return
             open_kinds = [kind for kind in kinds if units[kind] < self._units[kind][1]]
             if not open_kinds:
                 return
@@ -355,7 +357,9 @@ class _Search:
                 step = max(1, units[kind] // 16)
                 more = {**units, kind: min(units[kind] + step, self._units[kind][1])}
                 wider = network(self._problem, more)
-                tried.append((wider.makespan(list_schedule(wider, self._latency[1])), kind, more))
+                longer = list_schedule(wider, self._latency[1])
+                reached = self._horizon if longer is None else wider.makespan(longer)
+                tried.append((reached, kind, more))
             units = min(tried, key=lambda item: item[:2])[2]
 
     def _thrifty(self, goal: Goal) -> Iterator[list[int]]:
@@ -365,9 +369,10 @@ class _Search:
             first: fifo_lp.First = "latency" if self._latency[1] == net.critical else "fifo"
             solved = fifo_lp.solve(self._problem, first, self._latency[1], goal.width)
             yield self._improved(goal, [solved.start[id] for id in net.ids])
-        if self._best is None:
-            yield self._improved(goal, list_schedule(net, latency_bound(net)))
-        else:
+        if self._best is not None:
             yield self._improved(goal, self._best)
-            if len(net.ids) <= MOST_EXACT:
-                yield self._improved(goal, list_schedule(net, self._latency[1]))
+            if len(net.ids) > MOST_EXACT:
+                return
+        bound = latency_bound(net) if self._best is None else self._latency[1]
+        if (start := list_schedule(net, bound)) is not None:
+            yield self._improved(goal, start)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cordicc.schedule.solver.dependences import Network
+from cordicc.schedule.solver.reservations import coloured
 from cordicc.schedule.solver.scheduling_problem import SchedulingProblem, taps, value_words
 
 
@@ -33,11 +34,17 @@ FIFO_WORDS = Goal("fifo_words", words=1)
 
 
 def units_used(net: Network, start: Sequence[int]) -> dict[str, int]:
-    """Return the units of each kind that starts need: the most operations of the kind in one slot."""
+    """Return the units of each kind that starts need: the most operations of the kind in one slot.
+
+    Where operations keep units for several cycles it may be more, see `reservations`.
+    """
     busy = Counter((kind, cycle % net.interval) for kind, cycle in zip(net.kind, start, strict=True))
     used = dict.fromkeys(net.kinds, 0)
     for (kind, _), count in busy.items():
         used[net.kinds[kind]] = max(used[net.kinds[kind]], count)
+    for kind in net.lasting:
+        arcs = [(start[i] % net.interval, net.busy[i]) for i in net.members()[kind]]
+        used[net.kinds[kind]] = max(coloured(arcs, net.interval)) + 1
     return used
 
 

@@ -4,26 +4,30 @@ With `c` units of a kind, a set of its operations that start in a window of w cy
 members: per kind, operations with heads and tails form a one-machine problem with unit times, which
 scheduling by largest tail solves exactly (Jackson's rule).  And modulo the interval, operations whose
 windows lie within w < interval consecutive slots have at most c w members (Hall's condition).
+
+An operation that keeps its unit for several cycles counts as pieces of a cycle each, one after the other:
+what these need, it needs.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from cordicc.schedule.solver.dependences import Network
+from cordicc.schedule.solver.scheduling_problem import fewest_units
 
 _MOST_CLOSURES = 1000
 """Operations up to which heads and tails are raised by what all their ancestors need."""
 _MOST_SLOTS = 2048
 
 
-def fewest_units(network: Network) -> dict[str, int]:
-    """Return the least number of units of each kind: ceil(operations / interval)."""
+def fewest_by_kind(network: Network) -> dict[str, int]:
+    """Return a number of units of each kind that its operations need at least, see `fewest_units`."""
     return {
-        kind: -(-len(members) // network.interval)
+        kind: fewest_units([network.busy[i] for i in members], network.interval)
         for kind, members in zip(network.kinds, network.members(), strict=True)
     }
 
@@ -38,10 +42,17 @@ def latency_bound(network: Network) -> int:
     for members, capacity in zip(network.members(), network.capacity, strict=True):
         if capacity is None:
             continue
-        jobs = [(head[i], tail[i]) for i in members]
+        jobs = [piece for i in members for piece in _pieces(network, i, head[i], tail[i])]
         bound = max(bound, jackson(jobs, capacity))
         bound = _slot_bound(jobs, capacity, network.interval, bound)
     return bound
+
+
+def _pieces(network: Network, index: int, head: int, tail: int) -> Iterator[tuple[int, int]]:
+    """Yield head and tail of each cycle in which an operation keeps its unit."""
+    first = network.taking[index]
+    for cycle in range(first, first + network.busy[index]):
+        yield head + cycle, tail - cycle
 
 
 def jackson(jobs: Sequence[tuple[int, int]], capacity: int) -> int:
@@ -86,7 +97,8 @@ def _raised_heads(network: Network) -> tuple[int, ...]:
         for k, capacity in limited:
             ancestors = np.nonzero((row >= 0) & (kind == k))[0]
             if len(ancestors) > capacity:
-                jobs = [(head[a], int(row[a])) for a in ancestors]
+                ways = ((a, head[a], int(row[a])) for a in map(int, ancestors))
+                jobs = [piece for way in ways for piece in _pieces(network, *way)]
                 head[index] = max(head[index], jackson(jobs, capacity))
     return tuple(head)
 

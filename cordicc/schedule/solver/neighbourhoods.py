@@ -138,11 +138,16 @@ class _Improvement:
             self._problem.interval,
             measure=self._problem.measure,
         )
+        lasting = {self._net.kinds[kind] for kind in self._net.lasting}
         taken: dict[str, list[int]] = {kind: [0] * self._net.interval for kind in self._units}
-        for index in set(range(len(self.start))).difference(inside):
+        placed: dict[str, list[tuple[int, int]]] = {kind: [] for kind in self._units if kind in lasting}
+        for index in sorted(set(range(len(self.start))).difference(inside)):
             kind = self._net.kinds[self._net.kind[index]]
-            if kind in taken:
-                taken[kind][self.start[index] % self._net.interval] += 1
+            slot = self.start[index] % self._net.interval
+            if kind in placed:
+                placed[kind].append((slot, self._net.busy[index]))
+            elif kind in taken:
+                taken[kind][slot] += 1
         last = self._latency
         space = Space(
             [self._space.head[i] if i in members else self.start[i] for i in inside],
@@ -150,7 +155,8 @@ class _Improvement:
             (last, last),
             {kind: (most, most) for kind, most in self._units.items()},
             [(goal, 0) for goal in self._goals[1:]],
-            taken,
+            {kind: counts for kind, counts in taken.items() if kind not in placed},
+            placed,
         )
         program = Program(part, network(part, {}), space, self._goals[0], lean=True)
         objective = Objective(program)

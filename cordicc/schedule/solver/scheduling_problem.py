@@ -1,7 +1,7 @@
 """The scheduling problem and its solution, as data.
 
 A sample enters every `interval` cycles.  A pipelined unit takes one operation a cycle, and so one
-operation for each slot, a cycle modulo the interval.
+operation for each slot, a cycle modulo the interval.  An operation may keep its unit for more cycles.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, Literal
 
 OUT = "out"
@@ -37,11 +37,15 @@ class InfeasibleError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """An operation to be scheduled: its results are usable `latency` >= 0 cycles after its start."""
+    """An operation to be scheduled: its results are usable `latency` >= 0 cycles after its start.
+
+    Its unit takes no other operation for `busy` >= 1 cycles from the start on.
+    """
 
     id: str
     kind: str
     latency: int
+    busy: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +95,8 @@ class SchedulingProblem:
         for task in self.operations:
             if task.latency < 0:
                 raise ValueError(f"operation '{task.id}' has latency {task.latency}")
+            if task.busy < 1:
+                raise ValueError(f"operation '{task.id}' keeps its unit for {task.busy} cycles")
         for value in self.values:
             if value.producer is not None and value.producer not in tasks:
                 raise ValueError(f"value '{value.name}' comes from unknown operation '{value.producer}'")
@@ -98,13 +104,18 @@ class SchedulingProblem:
                 if taker != OUT and taker not in tasks:
                     raise ValueError(f"value '{value.name}' goes to unknown operation '{taker}'")
         self.order()
+        longest = max((task.busy for task in self.operations), default=1)
+        if longest > self.interval:
+            raise InfeasibleError(
+                f"an operation keeps its unit for {longest} cycles, more than the interval {self.interval}"
+            )
         for kind, count in self.counts().items():
             limit = self.limits.get(kind, count)
             if limit < 0:
                 raise ValueError(f"kind '{kind}' is limited to {limit} units")
-            if limit * self.interval < count:
+            if limit < self.fewest(kind):
                 raise InfeasibleError(
-                    f"{count} operations of kind '{kind}' need {self.fewest(count)} units "
+                    f"{count} operations of kind '{kind}' need {self.fewest(kind)} units "
                     f"at interval {self.interval}, more than {limit}"
                 )
 
@@ -112,9 +123,12 @@ class SchedulingProblem:
         """Return the number of operations of each kind."""
         return dict(Counter(task.kind for task in self.operations))
 
-    def fewest(self, count: int) -> int:
-        """Return the least number of units that `count` operations of a kind need."""
-        return -(-count // self.interval)
+    def fewest(self, kind: str) -> int:
+        """Return a number of units that the operations of a kind need at least, whatever their starts.
+
+        It is the least where all keep their units equally long.
+        """
+        return fewest_units([task.busy for task in self.operations if task.kind == kind], self.interval)
 
     def limited(self, limits: Mapping[str, int]) -> SchedulingProblem:
         """Return the problem with other limits."""
@@ -222,6 +236,17 @@ def value_words(problem: SchedulingProblem, cycles: list[int]) -> int:
 def fifo_words(problem: SchedulingProblem, start: Mapping[str, int], latency: int) -> int:
     """Return the FIFO words of a schedule, by the problem's measure."""
     return sum(value_words(problem, cycles) for cycles in taps(problem, start, latency).values())
+
+
+def fewest_units(busy: Iterable[int], interval: int) -> int:
+    """Return a number of units that operations need at least which keep them for so many cycles each.
+
+    By their sum, and by how many of the shortest a unit can do in an interval.  No one is beyond it.
+    """
+    cycles = sorted(busy)
+    total = list(accumulate(cycles))
+    on_one = sum(each <= interval for each in total)
+    return max(-(-total[-1] // interval), -(-len(cycles) // on_one)) if cycles else 0
 
 
 def _no_repeats(what: str, ids: Iterable[str]) -> None:

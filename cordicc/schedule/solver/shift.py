@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from cordicc.schedule.solver.dependences import Network
 from cordicc.schedule.solver.difference_constraints import ORIGIN, Differences, minimise
+from cordicc.schedule.solver.reservations import Reservations, coloured
 from cordicc.schedule.solver.scheduling_problem import OUT, SchedulingProblem, value_words
 
 _ROUNDS = 4
@@ -156,23 +157,19 @@ def _by_intervals(state: _State, start: Sequence[int], block: Sequence[int]) -> 
 
 def _one_by_one(state: _State, start: Sequence[int], most: int) -> tuple[list[int], int]:
     """Return the starts after at most so many sweeps over all operations, and how many there were."""
-    net, interval = state.net, state.net.interval
+    net = state.net
     now = list(start)
-    busy: dict[int, Counter[int]] = {
-        kind: Counter() for kind, capacity in enumerate(net.capacity) if capacity is not None
-    }
-    for index, kind in enumerate(net.kind):
-        if kind in busy:
-            busy[kind][now[index] % interval] += 1
+    places = {kind: _places(net, kind, now) for kind, most in enumerate(net.capacity) if most is not None}
     for sweep in range(most):
         changed = False
         for index in net.order if sweep % 2 else reversed(net.order):
-            taken = busy.get(net.kind[index])
+            taken = places.get(net.kind[index])
+            if taken is not None:
+                taken.leave(index, now[index])
             cycle = _best_cycle(state, now, index, taken)
+            if taken is not None:
+                taken.enter(index, cycle)
             if cycle != now[index]:
-                if taken is not None:
-                    taken[now[index] % interval] -= 1
-                    taken[cycle % interval] += 1
                 now[index] = cycle
                 changed = True
         if not changed:
@@ -180,10 +177,74 @@ def _one_by_one(state: _State, start: Sequence[int], most: int) -> tuple[list[in
     return now, most
 
 
-def _best_cycle(state: _State, start: list[int], index: int, taken: Counter[int] | None) -> int:
-    """Return the cycle in the window of an operation at which the values it touches hold least."""
+class _Counts:
+    """The operations of a kind in each slot, all of which keep their units for a cycle."""
+
+    def __init__(self, interval: int, capacity: int) -> None:
+        self._interval, self._capacity = interval, capacity
+        self._taken: Counter[int] = Counter()
+
+    def enter(self, index: int, cycle: int) -> None:
+        """Count an operation that starts in a cycle."""
+        self._taken[cycle % self._interval] += 1
+
+    def leave(self, index: int, cycle: int) -> None:
+        """Undo `enter`."""
+        self._taken[cycle % self._interval] -= 1
+
+    def free(self, index: int, cycle: int) -> bool:
+        """Tell whether an operation has a unit if it starts in a cycle."""
+        return self._taken[cycle % self._interval] < self._capacity
+
+
+class _Lasting:
+    """The operations of a kind on each unit, some of which keep it for several cycles."""
+
+    def __init__(self, net: Network, capacity: int) -> None:
+        self._busy = net.busy
+        self._slots = Reservations(net.interval, capacity)
+        self._unit: dict[int, int] = {}
+
+    def enter(self, index: int, cycle: int, unit: int | None = None) -> None:
+        """Put an operation on a unit, the first one that is free if none is named."""
+        if unit is None:
+            unit = self._slots.unit_for(cycle, self._busy[index])
+            assert unit is not None
+        self._slots.take(unit, cycle, self._busy[index])
+        self._unit[index] = unit
+
+    def leave(self, index: int, cycle: int) -> None:
+        """Undo `enter`."""
+        self._slots.release(self._unit.pop(index), cycle, self._busy[index])
+
+    def free(self, index: int, cycle: int) -> bool:
+        """Tell whether an operation has a unit if it starts in a cycle."""
+        return self._slots.unit_for(cycle, self._busy[index]) is not None
+
+
+def _places(net: Network, kind: int, start: Sequence[int]) -> _Counts | _Lasting:
+    """Return where the operations of a kind with limited units are."""
+    capacity = net.capacity[kind]
+    assert capacity is not None
+    members = net.members()[kind]
+    if kind not in net.lasting:
+        counts = _Counts(net.interval, capacity)
+        for index in members:
+            counts.enter(index, start[index])
+        return counts
+    lasting = _Lasting(net, capacity)
+    arcs = [(start[i] % net.interval, net.busy[i]) for i in members]
+    for index, unit in zip(members, coloured(arcs, net.interval), strict=True):
+        lasting.enter(index, start[index], unit)
+    return lasting
+
+
+def _best_cycle(state: _State, start: list[int], index: int, taken: _Counts | _Lasting | None) -> int:
+    """Return the cycle in the window of an operation at which the values it touches hold least.
+
+    `taken` are the places of the other operations of its kind, None if units are not limited.
+    """
     net, interval = state.net, state.net.interval
-    capacity = net.capacity[net.kind[index]]
     old = start[index]
     first = max((start[p] + net.latency[p] for p in net.before[index]), default=0)
     last = min((start[t] for t in net.after[index]), default=state.latency) - net.latency[index]
@@ -195,9 +256,9 @@ def _best_cycle(state: _State, start: list[int], index: int, taken: Counter[int]
         # The nearest free slot on either side, within the window.
         for step in (-1, 1):
             place = cycle
-            if taken is not None and capacity is not None:
+            if taken is not None:
                 while first <= place <= last and abs(place - cycle) < interval:
-                    if taken[place % interval] < capacity or place % interval == old % interval:
+                    if taken.free(index, place):
                         break
                     place += step
                 else:

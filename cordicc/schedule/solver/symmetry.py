@@ -1,9 +1,9 @@
 """Symmetries of a scheduling problem: exchanges of operations that change nothing.
 
-An automorphism maps operations to operations and values to values and keeps kinds, latencies, producers
-and takers; copies of a problem, and parts of one that are built alike, give rise to some.  They are found
-by colour refinement and individualisation (McKay and Piperno, "Practical graph isomorphism, II", Journal of
-Symbolic Computation 60, 2014).
+An automorphism maps operations to operations and values to values and keeps kinds, latencies, cycles on a
+unit, producers and takers; copies of a problem, and parts of one that are built alike, give rise to some.
+They are found by colour refinement and individualisation (McKay and Piperno, "Practical graph isomorphism,
+II", Journal of Symbolic Computation 60, 2014).
 
 Of the schedules that they turn into one another one is enough: that whose starts, in the order of the
 operations, are least.  If an automorphism leaves the operations before i alone and takes i to j, that one
@@ -79,7 +79,9 @@ class _ImageSearch:
         size = self._count + len(problem.values)
         self._before: list[list[int]] = [[] for _ in range(size)]
         self._after: list[list[int]] = [[] for _ in range(size)]
-        labels: list[Hashable] = [("operation", kind(i), net.latency[i]) for i in range(self._count)]
+        labels: list[Hashable] = [
+            ("operation", kind(i), net.latency[i], net.busy[i]) for i in range(self._count)
+        ]
         for node, value in enumerate(problem.values, self._count):
             takers = value.takers()
             labels.append(("value", value.producer is None, OUT in takers, weight(value)))
