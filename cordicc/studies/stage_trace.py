@@ -7,7 +7,7 @@ has there, of which the emulator knows nothing: the circuits before the operatio
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -132,7 +132,11 @@ def stage_trace(plan: Plan, id: str, sample: PickedSample, file: str) -> StageTr
             "shows the words between units"
         )
         raise Unattainable([Diagnostic("E421", message, None, hint, source=source)])
-    return TracedSample(plan, sample).trace(found[id])
+    try:
+        traced = TracedSample(plan, sample)
+    except Unattainable as error:
+        raise Unattainable(replace(each, source=source) for each in error.diagnostics) from None
+    return traced.trace(found[id])
 
 
 class _Word(NamedTuple):
@@ -185,10 +189,15 @@ class TracedSample:
         for port in self._core.inputs:
             number = sample.numbers[port.name]
             word = int(port.format.encode(np.array([number]))[0])
+            lo, hi = ranges[port.name]
+            if (
+                port.lo is None and lo <= number <= hi
+            ):  # nothing takes it, and its words do not hold its range
+                word = min(max(word, port.least), port.most)
             ok = port.least <= word <= port.most
             self._inputs[port.name] = _Word(word, ok)
             # What enters are words: a number beyond its range whose word is within is the end of the range.
-            numbers[port.name] = np.array([float(np.clip(number, *ranges[port.name])) if ok else np.nan])
+            numbers[port.name] = np.array([float(np.clip(number, lo, hi)) if ok else np.nan])
         self._numbers: Mapping[str, np.ndarray] = numbers
         self._emulated: Mapping[str, Signal] = functional.words(plan, plan.arithmetic, numbers)
 

@@ -86,15 +86,19 @@ class _Module:
 
     def _made(self, number: int) -> Iterator[str]:
         cell, name = self._cells[number], self._taken[number]
-        if cell.kind == "pick":
+        if cell.kind == "pick" and self._cells[cell.operands[0]].kind == "constant":
+            # Simulators would wait for a change of the index for ever.
+            index = self._cells[cell.operands[0]].params[0]
+            yield f"    wire {self._declared(number, name)} = {literal(cell.params[index], cell.width)};"
+        elif cell.kind == "pick":
             yield f"    reg {self._declared(number, name)};"
             yield f"    always @* case ({self._whole(cell.operands[0])})"
-            index = self._cells[cell.operands[0]]
+            width = self._cells[cell.operands[0]].width
             *first, last = cell.params
             while first and first[-1] == last:
                 first.pop()
             for at, value in enumerate(first):
-                yield f"        {literal(at, index.width)}: {name} = {literal(value, cell.width)};"
+                yield f"        {literal(at, width)}: {name} = {literal(value, cell.width)};"
             yield f"        default: {name} = {literal(cell.params[-1], cell.width)};"
             yield "    endcase"
         elif cell.kind == "subc":
