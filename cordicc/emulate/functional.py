@@ -90,17 +90,33 @@ def _evaluate(
     length: int,
 ) -> dict[str, Floats]:
     """Return the numbers of the outputs."""
+    values = _values(order, arithmetic, formats, constants, samples, length)
+    return {
+        name: formats.leaving(name, _fetched(operand, values, constants, length))
+        for name, operand in plan.outputs.items()
+    }
+
+
+def words(plan: Plan, arithmetic: Arithmetic, inputs: Mapping[str, ArrayLike]) -> dict[str, Signal]:
+    """Return the words of every input and result, for arrays of equal length; nan is the invalid word."""
+    samples = {name: np.asarray(inputs[name], dtype=np.float64) for name in plan.problem.input_names}
+    length = max((array.size for array in samples.values()), default=1)
+    formats, constants = PortFormats.of(plan, arithmetic), _constants(plan, arithmetic)
+    return _values(dependence_order(plan), arithmetic, formats, constants, samples, length)
+
+
+def _values(
+    order: Sequence[Operation],
+    arithmetic: Arithmetic,
+    formats: PortFormats,
+    constants: Mapping[str, Signal],
+    samples: Mapping[str, Floats],
+    length: int,
+) -> dict[str, Signal]:
+    """Return the words of inputs and results."""
     values = formats.encode(samples)
-
-    def fetch(operand: Operand) -> Signal:
-        if operand.value is not None:
-            return values[operand.value]
-        assert operand.constant is not None
-        words, format_ = constants[operand.constant]
-        return Signal(words[:length], format_)
-
     for operation in order:
-        operands = [fetch(operand) for operand in operation.operands]
+        operands = [_fetched(operand, values, constants, length) for operand in operation.operands]
         results = arithmetic.execute(
             operation.op,
             operation.settings,
@@ -112,4 +128,14 @@ def _evaluate(
         for name, signal in zip(operation.results, results, strict=True):
             if name is not None and signal is not None:
                 values[name] = signal
-    return {name: formats.leaving(name, fetch(operand)) for name, operand in plan.outputs.items()}
+    return values
+
+
+def _fetched(
+    operand: Operand, values: Mapping[str, Signal], constants: Mapping[str, Signal], length: int
+) -> Signal:
+    if operand.value is not None:
+        return values[operand.value]
+    assert operand.constant is not None
+    taken, format_ = constants[operand.constant]
+    return Signal(taken[:length], format_)

@@ -1,1 +1,1 @@
-"""Studies beside compiling: the trade-off of a problem, iteration tables, shift sequences, their search."""
+"""Studies beside compiling: the trade-off of a problem, iterations, stages, shift sequences, their search."""

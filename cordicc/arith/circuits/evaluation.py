@@ -23,8 +23,12 @@ def outputs_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> dict[str, In
     return {port.name: np.broadcast_to(made[port.cell], (count,)) for port in circuit.outputs}
 
 
-def values_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> list[Integers]:
-    """Return the results of all cells."""
+def values_of(circuit: Circuit, inputs: Mapping[str, Integers], *, wrapped: bool = False) -> list[Integers]:
+    """Return the results of all cells.
+
+    With `wrapped`, one that is not within the range of its cell loses its upper bits, as in hardware: words
+    that stand for no number may make such results.
+    """
     places = {port.cell: port.name for port in circuit.inputs}
     made: list[Integers] = []
     for number, cell in enumerate(circuit.cells):
@@ -34,7 +38,9 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers]) -> list[Integers
         else:
             operands = [made[each] for each in cell.operands]
             value = _CELLS[cell.kind](cell, *_prepared(cell, circuit, operands))
-        if cell.kind != "cut" and np.any((value < cell.lo) | (value > cell.hi)):
+        if wrapped and cell.kind != "constant":
+            value = _cut(cell, value)
+        elif cell.kind != "cut" and np.any((value < cell.lo) | (value > cell.hi)):
             raise OverflowError(f"{circuit.name}.{cell.name} is not within {cell.lo} to {cell.hi}")
         wide = max(abs(cell.lo), abs(cell.hi)).bit_length() > _FITS
         made.append(value if wide or value.dtype != object else value.astype(np.int64))
@@ -54,7 +60,7 @@ def _prepared(cell: Gate, circuit: Circuit, operands: list[Integers]) -> list[In
 def _pick(cell: Gate, index: Integers) -> Integers:
     wide = max(map(abs, cell.params)).bit_length() > _FITS
     table = np.array(cell.params, dtype=object if wide else np.int64)
-    return np.asarray(table[index.astype(np.int64)])
+    return np.asarray(table[np.minimum(index.astype(np.int64), len(table) - 1)])
 
 
 def _cut(cell: Gate, a: Integers) -> Integers:

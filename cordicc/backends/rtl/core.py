@@ -34,6 +34,8 @@ class Core:
         text: of the module.
         modules: the circuits of its units by module.
         units: the module of each unit.
+        instances: the name of each unit in the core.
+        uses: of each operation, what its unit takes as `mode`: the number of the use.
         inputs: its ports in the order of the plan.
         outputs: the same of what leaves.
         interval: cycles from sample to sample.
@@ -44,6 +46,8 @@ class Core:
     text: str
     modules: Mapping[str, Circuit]
     units: Mapping[str, str]
+    instances: Mapping[str, str]
+    uses: Mapping[str, int]
     inputs: tuple[PortWord, ...]
     outputs: tuple[PortWord, ...]
     interval: int
@@ -63,6 +67,8 @@ def core_of(plan: Plan, header: Sequence[str]) -> Core:
         "\n".join(lines) + "\n",
         made.modules.circuits,
         made.units,
+        made.instances(),
+        made.uses(),
         made.ports.inputs,
         made.ports.outputs,
         plan.initiation_interval,
@@ -108,6 +114,13 @@ class _Core:
         yield "endmodule"
         yield ""
         yield "`default_nettype wire"
+
+    def instances(self) -> dict[str, str]:
+        return {id: self._wires.name("unit", id) for id in self.units}
+
+    def uses(self) -> dict[str, int]:
+        operations = self._plan.operations
+        return {each.id: self._instances[each.unit][1][each.start % self._interval] for each in operations}
 
     def _header(self) -> Iterator[str]:
         """Yield the ports, in columns."""

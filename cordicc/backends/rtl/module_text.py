@@ -20,17 +20,24 @@ def module_text(circuit: Circuit, comments: Sequence[str] = ()) -> str:
     return "\n".join(_Module(circuit).lines(comments)) + "\n"
 
 
+def signal_names(circuit: Circuit) -> list[str]:
+    """Return what the signal of each cell is called in the module; that of a constant has no name."""
+    inputs = {port.cell: port.name for port in circuit.inputs}
+    outputs = {port.name for port in circuit.outputs}
+
+    def name(number: int, cell: Gate) -> str:
+        own = cell.name.rstrip("_")
+        return inputs.get(number) or (f"{own}_w" if own in outputs else own)
+
+    return [name(*each) if each[1].kind != "constant" else "" for each in enumerate(circuit.cells)]
+
+
 class _Module:
     def __init__(self, circuit: Circuit) -> None:
         self._circuit = circuit
         self._cells = circuit.cells
-        self._inputs = {port.cell: port.name for port in circuit.inputs}
-        self._outputs = {port.name for port in circuit.outputs}
         self._read: dict[int, set[int]] = {number: set() for number in range(len(circuit.cells))}
-        self._taken = {
-            number: self._name(number) if cell.kind != "constant" else ""
-            for number, cell in enumerate(circuit.cells)
-        }
+        self._taken = signal_names(circuit)
 
     def lines(self, comments: Sequence[str]) -> Iterator[str]:
         circuit = self._circuit
@@ -79,15 +86,19 @@ class _Module:
 
     def _made(self, number: int) -> Iterator[str]:
         cell, name = self._cells[number], self._taken[number]
-        if cell.kind == "pick":
+        if cell.kind == "pick" and self._cells[cell.operands[0]].kind == "constant":
+            # Simulators would wait for a change of the index for ever.
+            index = self._cells[cell.operands[0]].params[0]
+            yield f"    wire {self._declared(number, name)} = {literal(cell.params[index], cell.width)};"
+        elif cell.kind == "pick":
             yield f"    reg {self._declared(number, name)};"
             yield f"    always @* case ({self._whole(cell.operands[0])})"
-            index = self._cells[cell.operands[0]]
+            width = self._cells[cell.operands[0]].width
             *first, last = cell.params
             while first and first[-1] == last:
                 first.pop()
             for at, value in enumerate(first):
-                yield f"        {literal(at, index.width)}: {name} = {literal(value, cell.width)};"
+                yield f"        {literal(at, width)}: {name} = {literal(value, cell.width)};"
             yield f"        default: {name} = {literal(cell.params[-1], cell.width)};"
             yield "    endcase"
         elif cell.kind == "subc":
@@ -121,10 +132,6 @@ class _Module:
                 else:
                     line += f", {text}"
             yield line + "};"
-
-    def _name(self, number: int) -> str:
-        name = self._cells[number].name.rstrip("_")
-        return self._inputs.get(number) or (f"{name}_w" if name in self._outputs else name)
 
     def _declared(self, number: int, name: str) -> str:
         cell = self._cells[number]
