@@ -23,12 +23,17 @@ from cordicc.targets.device import DEVICES
 from cordicc.targets.target import CAU_KINDS, FUNCTIONS_OF_KIND
 
 AUTO = "auto"
+ITERATIONS = "iterations"
+"""Of the interval of a unit that makes its iterations one after the other."""
+
 CLOCKED = "clocked"
 """Of a latency that follows from the clock and the device."""
 
 _MOST_GUARD_BITS = 6
 WIDEST_WORD_BITS = 30
 """The widest words for which a bound of every unit, implicit ones included, fits 64-bit emulation."""
+
+_LONGEST_INTERVAL = 100_000
 
 _REFERENCE_BITS = 32
 """Of the adder that counts as 1 in a figure of area."""
@@ -109,6 +114,8 @@ def _sized_unit(unit: Data, word_bits: int, used: Set[str] | None, *, weighed: b
             for part, stated in stages.items()
             for cycles in _cycles(stated, names, needed)
         }
+    if unit.get("initiation_interval") == ITERATIONS:
+        made["initiation_interval"] = cau.iterations
     if unit.get("latency") == AUTO and stages and all(type(c) is int for c in made["stages"].values()):
         made["latency"] = sum(made["stages"].values())
     adders = unit.get("adders")
@@ -154,6 +161,9 @@ def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None, *, a
     if not all(name in FUNCTIONS_OF_KIND.get(kind, ()) for name in names):
         return unit
     needed = _needed(names, used)
+    interval = unit.get("initiation_interval", 1)
+    if type(interval) is not int or not 1 <= interval <= _LONGEST_INTERVAL:
+        return unit
     try:
         units = {kind: unit["arithmetic"]} if kind in CAU_KINDS else {}
         clocked = partial(
@@ -161,6 +171,7 @@ def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None, *, a
             json.dumps({"format": data["format"], "units": units}),
             kind,
             clocking=Clocking(1e9 / clock_hz, device.delays),
+            interval=interval,
         )
         if not alone:
             return {**unit, "latency": clocked(tuple(needed))}
@@ -171,8 +182,10 @@ def _with_latency(kind: str, unit: Data, data: Data, used: Set[str] | None, *, a
 
 
 @cache
-def _clocked(arithmetic: str, kind: str, functions: tuple[str, ...], clocking: Clocking) -> int:
-    return cycles_at(Arithmetic.from_spec(json.loads(arithmetic)), kind, functions, clocking)
+def _clocked(
+    arithmetic: str, kind: str, functions: tuple[str, ...], clocking: Clocking, interval: int
+) -> int:
+    return cycles_at(Arithmetic.from_spec(json.loads(arithmetic)), kind, functions, clocking, interval)
 
 
 def _with_area(kind: object, unit: Data, word_bits: int, data: Data) -> Data:

@@ -87,10 +87,11 @@ def expected(unit: Cau, use: Use, words: list[np.ndarray]) -> list[np.ndarray]:
     return found
 
 
-def check(kind: str, unit: Cau, uses: list[Use], count: int = 4_000) -> None:
+def check(kind: str, unit: Cau, uses: list[Use], count: int = 4_000, interval: int = 1) -> None:
     arithmetic: Any = SimpleNamespace(caus={kind: unit}, system=None)
-    circuit = unit_circuit("unit", arithmetic, kind, uses, LATENCY)
+    circuit = unit_circuit("unit", arithmetic, kind, uses, LATENCY, interval=interval)
     assert circuit.latency == LATENCY
+    assert bool(circuit.loops) == (interval > 1)
     for mode, use in enumerate(uses):
         words = words_of(use, count, mode)
         given = dict(zip("abc", words, strict=False)) | {"ok": np.ones(count), "mode": np.full(count, mode)}
@@ -117,6 +118,20 @@ def test_a_unit_with_several_uses() -> None:
     unit = size_unit(FUNCTIONS, WIDTH).unit
     uses = [use_of(*STANDARD[name], FRACTIONS[n % 2]) for n, name in enumerate(STANDARD)]
     check("standard", unit, uses, 1_000)
+
+
+@pytest.mark.parametrize("name", quick(STANDARD, "vector_circular", "rotate_circular", "lightcone"))
+def test_steps_one_after_the_other(name: str) -> None:
+    op, m = STANDARD[name]
+    slack = SLACK if m == -1 and op != "rotate" else EXACT
+    unit = size_unit(FUNCTIONS, WIDTH).unit
+    check("standard", unit, [use_of(op, m, FRACTIONS[1], slack=slack)], 1_000, unit.iterations)
+
+
+def test_several_uses_of_steps_one_after_the_other() -> None:
+    unit = size_unit(FUNCTIONS, WIDTH).unit
+    uses = [use_of(*STANDARD[name], FRACTIONS[n % 2]) for n, name in enumerate(STANDARD)]
+    check("standard", unit, uses, 1_000, unit.iterations)
 
 
 @pytest.mark.parametrize("rule", quick(["root-free", "single-rotation"], "root-free"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cordicc.arith.circuits.cell_delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.cell_pipeline import CellPipeline
-from cordicc.arith.circuits.circuit import Circuit, Gate, Port, pruned, width_of
+from cordicc.arith.circuits.circuit import INDEX, Circuit, Gate, Loop, Port, pruned, width_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,12 +98,17 @@ Operand = CircuitSignal | int
 class CircuitBuilder:
     """A circuit while it is built."""
 
-    def __init__(self, name: str, clocking: Clocking = COMBINATIONAL) -> None:
+    def __init__(self, name: str, clocking: Clocking = COMBINATIONAL, interval: int = 1) -> None:
         self.name = name
         self.clocking = clocking
+        # Cycles from one operation to the next: with enough of them steps may be made one after the other.
+        self.interval = interval
         self._pipeline = CellPipeline(clocking)
         self._inputs: list[Port] = []
         self._outputs: list[tuple[str, int]] = []
+        self._loops: list[Loop] = []
+        # The longest step of a loop, with the way to its registers.
+        self.step_ns = 0.0
         # Comments and prefixes of names for the cells that follow.
         self.note = self._pipeline.comment
         self.scope = self._pipeline.scope
@@ -126,7 +132,48 @@ class CircuitBuilder:
         if cycles < self.cycles():
             raise ValueError(f"{self.name} takes {self.cycles()} cycles, not {cycles}")
         outputs = [Port(name, self._pipeline.at(number, cycles)) for name, number in self._outputs]
-        return pruned(self.name, self.cells, self._inputs, outputs, self._pipeline.notes)
+        return pruned(self.name, self.cells, self._inputs, outputs, self._pipeline.notes, self._loops)
+
+    @property
+    def too_fast(self) -> bool:
+        """Whether a step of a loop takes longer than the clock allows."""
+        return self.step_ns > self.clocking.free_ns
+
+    def loop(
+        self,
+        steps: int,
+        states: Mapping[str, tuple[CircuitSignal, tuple[int, int]]],
+        kept: Mapping[str, CircuitSignal],
+        body: Callable[[CircuitBuilder, Mapping[str, CircuitSignal]], Mapping[str, CircuitSignal]],
+    ) -> dict[str, CircuitSignal]:
+        """Return states after a step has been made so many times, in as many cycles.
+
+        Args:
+            steps: how many times.
+            states: by name how each begins, and the least and the largest value that it ever has.
+            kept: what the steps take besides, by name; constants are constants there.
+            body: returns the states of the next step, from the states, what is kept, and `INDEX`.
+        """
+        inner = CircuitBuilder("step", Clocking(math.inf, self.clocking.delays))
+        inputs = {name: inner.input(name, *span) for name, (_, span) in states.items()}
+        steady = {name: signal for name, signal in kept.items() if signal.lo < signal.hi}
+        fixed = {name: inner.of(signal.lo) for name, signal in kept.items() if name not in steady}
+        inputs |= {name: inner.input(name, signal.lo, signal.hi) for name, signal in steady.items()}
+        inputs[INDEX] = inner.input(INDEX, 0, steps - 1)
+        following = body(inner, inputs | fixed)
+        for name, (_, (lo, hi)) in states.items():
+            inner.output(name, inner.narrowed(following[name], lo, hi))
+        operands = [signal.number for signal, _ in states.values()]
+        operands += [signal.number for signal in steady.values()]
+        self.step_ns = max(self.step_ns, inner.latest_ns())
+        self._loops.append(Loop(inner.circuit(), tuple(states), tuple(steady), steps))
+        spans = [span for _, span in states.values()]
+        numbers = self._pipeline.loop(operands, len(self._loops) - 1, spans, steps)
+        return {name: CircuitSignal(self, number) for name, number in zip(states, numbers, strict=True)}
+
+    def latest_ns(self) -> float:
+        """Return when the last output exists in its cycle."""
+        return self._pipeline.latest_ns([number for _, number in self._outputs])
 
     def together(self, signals: Sequence[CircuitSignal], ahead_ns: float) -> list[CircuitSignal]:
         """Return signals as they exist in one cycle, in which what takes some time yet can follow."""
@@ -333,6 +380,8 @@ class CircuitBuilder:
         if len(set(values)) == 1:
             return self.of(values[0])
         values += [values[-1]] * (index.hi + 1 - len(values))
+        if values == list(range(len(values))):
+            return index
         return self._cell("pick", (index,), tuple(values), min(values), max(values))
 
     def join(self, bits: Sequence[CircuitSignal], place: int) -> CircuitSignal:

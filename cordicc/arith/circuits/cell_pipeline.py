@@ -77,6 +77,20 @@ class CellPipeline:
             cell = self.cells[number]
         return number
 
+    def loop(
+        self, operands: Sequence[int], number: int, ranges: Sequence[tuple[int, int]], steps: int
+    ) -> list[int]:
+        """Return the cells of a loop's states after so many cycles; its operands are in registers before."""
+        inside = self.together(operands, math.inf)
+        cycle = max((self.cells[each].cycle or 0 for each in inside), default=0)
+        found = []
+        for state, (lo, hi) in enumerate(ranges):
+            name = self._unique("_".join([*self._scope, SIGNAL_NAMES["loop"]])) + "_"
+            found.append(len(self.cells))
+            self.cells.append(Gate("loop", tuple(inside), (number, state), lo, hi, cycle + steps, name))
+            self._arrivals.append(0.0)
+        return found
+
     def cycles(self, numbers: Sequence[int]) -> int:
         """Return the cycles after which results are in registers, 0 if nothing is clocked."""
         if self._clocking.period_ns == math.inf:
@@ -99,6 +113,10 @@ class CellPipeline:
             return math.inf
         start, end = (max(self._arrivals[number] for number in numbers) for numbers in (before, after))
         return end - start
+
+    def latest_ns(self, numbers: Sequence[int]) -> float:
+        """Return when the last of some results exists in its cycle."""
+        return max((self._arrivals[number] for number in numbers), default=0.0)
 
     def comment(self, text: str) -> None:
         """Say something of the cells that follow."""

@@ -14,6 +14,8 @@ CELLS = {
     "input": "a port",
     "constant": "an integer that is there in every cycle",
     "register": "the operand of the cycle before",
+    "hold": "the operand of the cycle before, until another operation is as far",
+    "loop": "the state k[1] of the loop k[0], whose operands are its states and what it keeps",
     "add": "a + b",
     "addc": "a + b + c, c a bit",
     "sub": "a - b",
@@ -47,6 +49,8 @@ SIGNAL_NAMES = {
     "addsub": "turned",
     "negif": "flipped",
     "mul": "product",
+    "loop": "turned",
+    "hold": "held",
     "shl": "wide",
     "shr": "high",
     "round": "rounded",
@@ -113,11 +117,31 @@ class Port:
     cell: int
 
 
+INDEX = "index"
+"""The input of a loop's body that is 0 in the first step, 1 in the next, and so on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A step that is made again and again, in as many cycles: a body without registers.
+
+    Its inputs are the states, under their names, then what stays the same, and perhaps `INDEX`; its outputs
+    are the states of the next step, under the same names.  The states begin as the operands of the loop's
+    cells, in the cycle in which these exist.
+    """
+
+    body: Circuit
+    states: tuple[str, ...]
+    kept: tuple[str, ...]
+    steps: int
+
+
 @dataclass(frozen=True, slots=True)
 class Circuit:
     """Cells in an order in which operands come first, and ports.
 
     All outputs exist in one cycle, the latency.  `notes` by cell are comments that stand in front of it.
+    A circuit with loops takes an operation every `interval` cycles.
     """
 
     name: str
@@ -125,6 +149,24 @@ class Circuit:
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     notes: Mapping[int, str]
+    loops: tuple[Loop, ...] = ()
+
+    @property
+    def interval(self) -> int:
+        """Cycles from one operation to the next, at the least."""
+        return max((loop.steps for loop in self.loops), default=1)
+
+    @property
+    def strobes(self) -> tuple[int, ...]:
+        """The cycles after an operation entered in which something is loaded: by holds and loops."""
+        found = {(cell.cycle or 0) - 1 for cell in self.cells if cell.kind == "hold"}
+        found |= {self.begin(number) for number in range(len(self.loops))}
+        return tuple(sorted(found))
+
+    def begin(self, loop: int) -> int:
+        """Return the cycle in which the first step of a loop is made."""
+        made = next(each for each in self.cells if each.kind == "loop" and each.params[0] == loop)
+        return (made.cycle or 0) - self.loops[loop].steps
 
     @property
     def latency(self) -> int:
@@ -132,8 +174,14 @@ class Circuit:
         return max((self.cells[port.cell].cycle or 0 for port in self.outputs), default=0)
 
     def registers(self) -> int:
-        """Return the bits of all registers."""
-        return sum(cell.width for cell in self.cells if cell.kind == "register")
+        """Return the bits of all registers, those that count steps apart."""
+        inside = sum(
+            loop.body.cells[port.cell].width
+            for loop in self.loops
+            for port in loop.body.inputs
+            if port.name != INDEX
+        )
+        return inside + sum(cell.width for cell in self.cells if cell.kind in ("register", "hold"))
 
 
 def pruned(
@@ -142,6 +190,7 @@ def pruned(
     inputs: Sequence[Port],
     outputs: Sequence[Port],
     notes: Mapping[int, str],
+    loops: Sequence[Loop] = (),
 ) -> Circuit:
     """Return a circuit of the cells that outputs depend on, and of its inputs."""
     live = {port.cell for port in (*inputs, *outputs)}
@@ -149,12 +198,18 @@ def pruned(
         if number in live:
             live.update(cells[number].operands)
     place = {old: new for new, old in enumerate(sorted(live))}
+    needed = sorted({cells[old].params[0] for old in place if cells[old].kind == "loop"})
+    renumbered = {old: new for new, old in enumerate(needed)}
+
+    def moved(cell: Gate) -> Gate:
+        params = (renumbered[cell.params[0]], cell.params[1]) if cell.kind == "loop" else cell.params
+        return replace(cell, operands=tuple(place[each] for each in cell.operands), params=params)
+
     return Circuit(
         name,
-        tuple(
-            replace(cells[old], operands=tuple(place[each] for each in cells[old].operands)) for old in place
-        ),
+        tuple(moved(cells[old]) for old in place),
         tuple(Port(port.name, place[port.cell]) for port in inputs),
         tuple(Port(port.name, place[port.cell]) for port in outputs),
         {place[old]: text for old, text in notes.items() if old in place},
+        tuple(loops[old] for old in needed),
     )

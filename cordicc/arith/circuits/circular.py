@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.limits import clipped
 from cordicc.arith.circuits.shifting import shifted, shlv
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
+from cordicc.arith.circuits.uses import (
+    Coordinates,
+    Modes,
+    NoCircuitError,
+    Raw,
+    Raws,
+    Turned,
+    UnitFunction,
+    Use,
+    Wanted,
+    Word,
+)
 from cordicc.arith.circuits.words import at_fraction, block
 from cordicc.arith.kernels.reduction import (
     LARGEST_REMAINDER,
@@ -24,9 +34,7 @@ from cordicc.arith.unit.cau import Cau
 Words = tuple[Word, ...]
 
 
-def rotation(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def rotation(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     quadrant, angle = _reduced(b, modes, z, unit)
@@ -41,20 +49,18 @@ def rotation(
     odd, half = b.bit(quadrant, 0), b.bit(quadrant, 1)
     start = Turned(b.negif(b.mux(odd, p, q), odd ^ half), b.negif(b.mux(odd, q, p), half), angle)
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
+    def coordinates(last: Turned, wanted: Wanted) -> Coordinates:
+        return last.x if wanted[0] else None, last.y if wanted[1] else None
+
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
         below = exponent - (unit.fraction_bits + SCALE_BITS)
-        found = [
-            Raw(scale(1, coordinate), below, b.of(1)) if taken else None
-            for coordinate, taken in zip((last.x, last.y), wanted, strict=True)
-        ]
-        return found[0], found[1]
+        first, second = (None if each is None else Raw(each, below, b.of(1)) for each in scaled)
+        return first, second
 
-    return start, finish
+    return UnitFunction(start, coordinates, finish)
 
 
-def vectoring(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def vectoring(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what turning (x, y) to the x axis begins with, and what makes norm and angle of its end."""
     x, y, z = words
     half_turn = pi_fixed(unit.angle_bits)
@@ -66,12 +72,14 @@ def vectoring(
     ahead = b.narrowed(ahead, 0, ahead.hi, loose=not alone)
     start = Turned(ahead, across, b.mux(left, 0, b.mux(down, half_turn, -half_turn)))
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
+    def coordinates(last: Turned, wanted: Wanted) -> Coordinates:
+        # The norm of no vector is 0.
+        return b.mux(zero, last.x, 0) if wanted[0] else None, None
+
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
         norm = angle = None
-        if wanted[0]:
-            # The norm of no vector is 0.
-            scaled = scale(1, b.mux(zero, last.x, 0))
-            norm = Raw(scaled, joined.exponent - (unit.fraction_bits + SCALE_BITS), b.of(1))
+        if scaled[0] is not None:
+            norm = Raw(scaled[0], joined.exponent - (unit.fraction_bits + SCALE_BITS), b.of(1))
         if wanted[1]:
             least, most = b.mux(down, 0, -half_turn), b.mux(up | left, 0, half_turn)
             turned = clipped(b, last.z, least, most)
@@ -80,7 +88,7 @@ def vectoring(
             angle = Raw(total, b.of(-unit.angle_bits), ~zero)
         return norm, angle
 
-    return start, finish
+    return UnitFunction(start, coordinates, finish)
 
 
 def _reduced(b: CircuitBuilder, modes: Modes, z: Word, unit: Cau) -> tuple[CircuitSignal, CircuitSignal]:

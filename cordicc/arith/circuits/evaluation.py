@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from cordicc.arith.circuits.circuit import Circuit, Gate
+from cordicc.arith.circuits.circuit import INDEX, Circuit, Gate, Loop
 from cordicc.base.arrays import Integers
 
 _FITS = 62
@@ -30,11 +30,18 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers], *, wrapped: bool
     that stand for no number may make such results.
     """
     places = {port.cell: port.name for port in circuit.inputs}
+    turned: dict[int, list[Integers]] = {}
     made: list[Integers] = []
     for number, cell in enumerate(circuit.cells):
         if cell.kind == "input":
             value = np.asarray(inputs[places[number]])
             value = value if value.dtype == object else value.astype(np.int64)
+        elif cell.kind == "loop":
+            number_of_loop, state = cell.params
+            if number_of_loop not in turned:
+                operands = [made[each] for each in cell.operands]
+                turned[number_of_loop] = _looped(circuit.loops[number_of_loop], operands, wrapped)
+            value = turned[number_of_loop][state]
         else:
             operands = [made[each] for each in cell.operands]
             value = _CELLS[cell.kind](cell, *_prepared(cell, circuit, operands))
@@ -45,6 +52,15 @@ def values_of(circuit: Circuit, inputs: Mapping[str, Integers], *, wrapped: bool
         wide = max(abs(cell.lo), abs(cell.hi)).bit_length() > _FITS
         made.append(value if wide or value.dtype != object else value.astype(np.int64))
     return made
+
+
+def _looped(loop: Loop, operands: list[Integers], wrapped: bool) -> list[Integers]:
+    """Return the states of a loop after its last step."""
+    now = dict(zip((*loop.states, *loop.kept), operands, strict=True))
+    for step in range(loop.steps):
+        made = values_of(loop.body, {**now, INDEX: np.array(step)}, wrapped=wrapped)
+        now |= {port.name: made[port.cell] for port in loop.body.outputs}
+    return [now[name] for name in loop.states]
 
 
 def _prepared(cell: Gate, circuit: Circuit, operands: list[Integers]) -> list[Integers]:
@@ -75,6 +91,7 @@ def _bit(value: Integers) -> Integers:
 _CELLS: dict[str, Callable[..., Integers]] = {
     "constant": lambda cell: np.array(cell.params[0]),
     "register": lambda cell, a: a,
+    "hold": lambda cell, a: a,
     "add": lambda cell, a, b: a + b,
     "addc": lambda cell, a, b, c: a + b + c,
     "subc": lambda cell, a, b, c: a - b - c,

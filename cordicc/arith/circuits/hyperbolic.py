@@ -10,7 +10,18 @@ from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.limits import clipped, greater
 from cordicc.arith.circuits.scaled import Floating, added, normalised
 from cordicc.arith.circuits.shifting import shlv
-from cordicc.arith.circuits.uses import Modes, NoCircuitError, Raw, Raws, Scale, Turned, Use, Wanted, Word
+from cordicc.arith.circuits.uses import (
+    Coordinates,
+    Modes,
+    NoCircuitError,
+    Raw,
+    Raws,
+    Turned,
+    UnitFunction,
+    Use,
+    Wanted,
+    Word,
+)
 from cordicc.arith.circuits.words import at_fraction
 from cordicc.arith.kernels.blocks import WIDE_BITS
 from cordicc.arith.kernels.reduction import LN2_BITS, SCALE_BITS
@@ -23,9 +34,7 @@ _SATURATED = 512
 """What |z| of a rotation is limited to, far beyond any result."""
 
 
-def rotation(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def rotation(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what turning (x, y) by z begins with, and what makes results of its end."""
     x, y, z = words
     limit = _SATURATED << unit.angle_bits
@@ -43,9 +52,14 @@ def rotation(
     )
     no_u, no_v = u.mantissa.equals(0), v.mantissa.equals(0)
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
-        grown = Floating(scale(-1, b.mux(no_u, last.x + last.y, 0)), u.exponent + doublings - SCALE_BITS)
-        shrunk = Floating(scale(-1, b.mux(no_v, last.x - last.y, 0)), v.exponent - doublings - SCALE_BITS)
+    def coordinates(last: Turned, wanted: Wanted) -> Coordinates:
+        return b.mux(no_u, last.x + last.y, 0), b.mux(no_v, last.x - last.y, 0)
+
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
+        assert scaled[0] is not None
+        assert scaled[1] is not None
+        grown = Floating(scaled[0], u.exponent + doublings - SCALE_BITS)
+        shrunk = Floating(scaled[1], v.exponent - doublings - SCALE_BITS)
         # Half of the sum and of the difference.
         results = []
         for mantissa, taken in zip((shrunk.mantissa, -shrunk.mantissa), wanted, strict=True):
@@ -53,12 +67,10 @@ def rotation(
             results.append(None if total is None else Raw(total.mantissa, total.exponent - 1, b.of(1)))
         return results[0], results[1]
 
-    return start, finish
+    return UnitFunction(start, coordinates, finish)
 
 
-def vectoring(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def vectoring(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what sqrt(x^2 - y^2) and z + artanh(y/x) begin with, and what makes them of its end."""
     x, y, z = words
     finest = b.named("finest", greater(b, x.fraction, y.fraction))
@@ -74,29 +86,27 @@ def vectoring(
     place = b.mux(modes.which(lambda use: use.slack.relative), 0, greater(b, *ends))
     measured = _Measured.of(b, modes, unit, u, v, place)
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
         def total(angle: CircuitSignal) -> CircuitSignal:
             minus = modes.which(lambda use: use.sign < 0)
             return b.addsub(at_fraction(b, z, unit.angle_bits), angle, minus)
 
-        return measured.results(last, wanted, scale, total, defined)
+        return measured.results(last, scaled, wanted, total, defined)
 
-    return measured.start, finish
+    return UnitFunction(measured.start, measured.coordinates, finish)
 
 
-def lightcone(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def lightcone(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what sqrt(u v) and ln(u/v)/2 begin with, and what makes them of its end."""
     u, v = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words[:2])
     p, q = words[0].bits, words[1].bits
     defined = ~(b.negative(p) ^ b.negative(q)) & ~p.equals(0) & ~q.equals(0)
     measured = _Measured.of(b, modes, unit, u, v, b.of(0))
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
-        return measured.results(last, wanted, scale, lambda angle: angle, defined)
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
+        return measured.results(last, scaled, wanted, lambda angle: angle, defined)
 
-    return measured.start, finish
+    return UnitFunction(measured.start, measured.coordinates, finish)
 
 
 class _Measured(NamedTuple):
@@ -136,20 +146,23 @@ class _Measured(NamedTuple):
         half, doublings = (ends[0] + ends[1]) >> 1, (ends[0] - ends[1]) >> 1
         return cls(b, unit, start, zero, apart, half, b.mux(zero, doublings, 0))
 
+    def coordinates(self, last: Turned, wanted: Wanted) -> Coordinates:
+        """Return what is left of x."""
+        return self.b.mux(self.zero, last.x, 0) if wanted[0] else None, None
+
     def results(
         self,
         last: Turned,
+        scaled: Coordinates,
         wanted: Wanted,
-        scale: Scale,
         total: Callable[[CircuitSignal], CircuitSignal],
         defined: CircuitSignal,
     ) -> Raws:
         """Return root and angle."""
         b = self.b
         root = angle = None
-        if wanted[0]:
-            scaled = scale(-1, b.mux(self.zero, last.x, 0))
-            root = Raw(scaled, self.half - SCALE_BITS, ~self.apart)
+        if scaled[0] is not None:
+            root = Raw(scaled[0], self.half - SCALE_BITS, ~self.apart)
         if wanted[1]:
             turned = last.z + ln2_multiple(b, self.doublings, self.unit)
             angle = Raw(total(turned), b.of(-self.unit.angle_bits), defined)

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from cordicc.arith.circuits.builder import CircuitBuilder
 from cordicc.arith.circuits.scaled import Floating, added, normalised, widened
-from cordicc.arith.circuits.uses import Modes, Raw, Raws, Scale, Turned, Wanted, Word
+from cordicc.arith.circuits.uses import (
+    Coordinates,
+    Modes,
+    Raw,
+    Raws,
+    Turned,
+    UnitFunction,
+    Wanted,
+    Word,
+    no_coordinates,
+)
 from cordicc.arith.kernels.blocks import WIDE_BITS
 from cordicc.arith.unit.cau import Cau
 
 Words = tuple[Word, ...]
 
 
-def rotation(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def rotation(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what y + x z begins with, and what makes results of its end."""
     x, y, z = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words)
     bits = unit.fraction_bits + 1
@@ -24,7 +30,7 @@ def rotation(
     )
     zero = words[0].bits.equals(0) | words[2].bits.equals(0)
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
         first = Raw(words[0].bits, -words[0].fraction, b.of(1)) if wanted[0] else None
         if not wanted[1]:
             return first, None
@@ -32,12 +38,10 @@ def rotation(
         total = _sum(b, unit, product, bits, y)
         return first, Raw(total.mantissa, total.exponent, b.of(1))
 
-    return start, finish
+    return UnitFunction(start, no_coordinates, finish)
 
 
-def vectoring(
-    b: CircuitBuilder, modes: Modes, unit: Cau, words: Words, scale: Scale
-) -> tuple[Turned, Callable[[Turned, Wanted], Raws]]:
+def vectoring(b: CircuitBuilder, modes: Modes, unit: Cau, words: Words) -> UnitFunction:
     """Return what y/x begins with, and what makes results of its end."""
     x, y, z = (normalised(b, word.bits, -word.fraction, unit.operand_bits) for word in words)
     bits = unit.fraction_bits + 1
@@ -45,7 +49,7 @@ def vectoring(
     start = Turned(b.size(x.mantissa) << lift, y.mantissa << lift, b.of(0))
     none, zero, left = words[0].bits.equals(0), words[1].bits.equals(0), b.negative(words[0].bits)
 
-    def finish(last: Turned, wanted: Wanted) -> Raws:
+    def finish(last: Turned, scaled: Coordinates, wanted: Wanted) -> Raws:
         first = Raw(words[0].bits, -words[0].fraction, b.of(1)) if wanted[0] else None
         if not wanted[1]:
             return first, None
@@ -55,7 +59,7 @@ def vectoring(
         total = _sum(b, unit, Floating(quotient, exponent), unit.angle_bits + 2, z)
         return first, Raw(total.mantissa, total.exponent, ~none)
 
-    return start, finish
+    return UnitFunction(start, no_coordinates, finish)
 
 
 def _sum(b: CircuitBuilder, unit: Cau, result: Floating, bits: int, addend: Floating) -> Floating:

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import NamedTuple
 
 from cordicc.arith.circuits import circular, hyperbolic, linear
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
+from cordicc.arith.circuits.circuit import INDEX
 from cordicc.arith.circuits.residual import Residual
-from cordicc.arith.circuits.shifting import times
+from cordicc.arith.circuits.scaling import over_gain
+from cordicc.arith.circuits.shifting import shifted
 from cordicc.arith.circuits.uses import (
+    Coordinates,
     Modes,
     NoCircuitError,
     Raw,
-    Raws,
     Turned,
+    UnitFunction,
     Use,
-    Wanted,
     format_of,
     of_system,
     word,
 )
 from cordicc.arith.circuits.words import WordResult, encoded_angle
-from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.unit.cau import Cau, standard_table
 
-_FUNCTIONS: Mapping[str, Callable[..., tuple[Turned, Callable[[Turned, Wanted], Raws]]]] = {
+_FUNCTIONS: Mapping[str, Callable[..., UnitFunction]] = {
     "rotate_circular": circular.rotation,
     "vector_circular": circular.vectoring,
     "rotate_linear": linear.rotation,
@@ -63,24 +63,24 @@ def standard_unit(
     unknown = [name for name in functions if name not in _FUNCTIONS]
     if unknown:
         raise NoCircuitError(f"{unknown[0]} on a standard unit")
-    states, finishes = [], []
+    around = []
     for name in functions:
         with b.scope(name.split("_")[0] if len(functions) > 1 else ""):
-            state, finish = _FUNCTIONS[name](b, modes, unit, words, partial(_scaled, b, unit))
-        states.append(state)
-        finishes.append(finish)
+            around.append(_FUNCTIONS[name](b, modes, unit, words))
     chosen = [modes.which(_has_function(name)) for name in functions]
-    start = states[0]
-    for bit, state in zip(chosen[1:], states[1:], strict=True):
-        start = Turned(*(b.mux(bit, one, other) for one, other in zip(start, state, strict=True)))
-    last = _iterations(b, modes, unit, start)
-    raws = []
-    for name, finish in zip(functions, finishes, strict=True):
-        first, second = (
-            any(use.function == name and use.results[number] is not None for use in uses)
-            for number in range(2)
-        )
-        raws.append(finish(last, (first, second)))
+    start = around[0].start
+    for bit, each in zip(chosen[1:], around[1:], strict=True):
+        start = Turned(*(b.mux(bit, one, other) for one, other in zip(start, each.start, strict=True)))
+    make = _one_after_the_other if b.interval >= unit.iterations else _iterations
+    last = make(b, modes, unit, start)
+    wanted = [(_taken(uses, name, 0), _taken(uses, name, 1)) for name in functions]
+    taken = [each.coordinates(last, results) for each, results in zip(around, wanted, strict=True)]
+    systems = [next(use.m for use in uses if use.function == name) for name in functions]
+    scaled = _over_the_gains(b, unit, list(zip(chosen, systems, taken, strict=True)))
+    raws = [
+        each.finish(last, coordinates, results)
+        for each, coordinates, results in zip(around, scaled, wanted, strict=True)
+    ]
     results: list[WordResult | None] = [None, None]
     for number in range(2):
         format_ = format_of(modes, number, unit.angle_bits)
@@ -97,11 +97,35 @@ def standard_unit(
     return results[0], results[1]
 
 
-def _scaled(b: CircuitBuilder, unit: Cau, m: int, coordinate: CircuitSignal) -> CircuitSignal:
-    """Return a coordinate over the gain, with `SCALE_BITS` more bits."""
-    table = standard_table(unit, m)
-    product = times(b, coordinate, table.inverse_gain)
-    return b.named("scaled", b.rounded(product, table.coordinate_bits + 1 - SCALE_BITS))
+def _taken(uses: Sequence[Use], function: str, number: int) -> bool:
+    """Tell whether a result of a function is taken in some use."""
+    return any(use.function == function and use.results[number] is not None for use in uses)
+
+
+def _over_the_gains(
+    b: CircuitBuilder, unit: Cau, functions: Sequence[tuple[CircuitSignal, int, Coordinates]]
+) -> list[Coordinates]:
+    """Return the coordinates of functions over the gains of their systems, with `SCALE_BITS` more bits.
+
+    Of the functions of a system one is at work at a time, and so they share two products.
+    """
+    found: list[list[CircuitSignal | None]] = [[None, None] for _ in functions]
+    for place in range(2):
+        for m in (1, -1):
+            of_system = [
+                (number, bit, coordinate)
+                for number, (bit, system, coordinates) in enumerate(functions)
+                if system == m and (coordinate := coordinates[place]) is not None
+            ]
+            if not of_system:
+                continue
+            coordinate = of_system[0][2]
+            for _, bit, other in of_system[1:]:
+                coordinate = b.mux(bit, coordinate, other)
+            quotient = b.named("scaled", over_gain(b, coordinate, standard_table(unit, m)))
+            for number, _, _ in of_system:
+                found[number][place] = quotient
+    return [(first, second) for first, second in found]
 
 
 def _has_function(name: str) -> Callable[[Use], bool]:
@@ -114,14 +138,56 @@ class _System(NamedTuple):
     steps: Sequence[tuple[int, int]]
 
 
-def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Turned:
-    """Turn (x, y) step by step: by z, or until y is nearly 0."""
-    systems = []
+def _systems(modes: Modes, unit: Cau) -> list[_System]:
+    found = []
     for m in (1, 0, -1):
         if any(use.m == m for use in modes.uses):
             table = standard_table(unit, m)
             chosen = modes.which(of_system(m))
-            systems.append(_System(m, chosen, list(zip(table.shifts, table.angles, strict=True))))
+            found.append(_System(m, chosen, list(zip(table.shifts, table.angles, strict=True))))
+    return found
+
+
+def _one_after_the_other(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Turned:
+    """Turn (x, y) as `_iterations` does, with the hardware of one step."""
+    systems = _systems(modes, unit)
+    largest = 4 << unit.fraction_bits
+    turns = max(sum(angle for _, angle in system.steps) for system in systems)
+    span = min(start.z.lo, 0) - turns, max(start.z.hi, 0) + turns
+    kept = {f"system{number}": system.chosen for number, system in enumerate(systems)}
+    kept["turning"] = modes.which(lambda use: use.op == "rotate")
+
+    def step(inner: CircuitBuilder, now: Mapping[str, CircuitSignal]) -> dict[str, CircuitSignal]:
+        x, y, z, index = now["x"], now["y"], now["z"], now[INDEX]
+        back = inner.named("back", inner.mux(now["turning"], ~inner.negative(y), inner.negative(z)))
+        shift, angle, flat, bent = (inner.of(0) for _ in range(4))
+        for number, system in enumerate(systems):
+            chosen = now[f"system{number}"]
+            shifts, angles = (inner.pick(index, column) for column in zip(*system.steps, strict=True))
+            shift = shifts if not number else inner.mux(chosen, shift, shifts)
+            angle = angles if not number else inner.mux(chosen, angle, angles)
+            flat = chosen if system.m == 0 else flat
+            bent = chosen if system.m == -1 else bent
+        with inner.scope("tall"):
+            dy = shifted(inner, x, shift, x.width + 1)
+        with inner.scope("flat"):
+            dx = inner.mux(flat, shifted(inner, y, shift, y.width + 1), 0)
+        return {
+            "x": inner.addsub(x, dx, ~back ^ bent),
+            "y": inner.addsub(y, dy, back),
+            "z": inner.addsub(z, angle, ~back),
+        }
+
+    b.note(f"{unit.iterations} steps, one after the other.")
+    sizes = -largest, largest
+    states = {"x": (start.x, sizes), "y": (start.y, sizes), "z": (start.z, span)}
+    last = b.loop(unit.iterations, states, kept, step)
+    return Turned(*(b.named(name, last[name]) for name in ("x", "y", "z")))
+
+
+def _iterations(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turned) -> Turned:
+    """Turn (x, y) step by step: by z, or until y is nearly 0."""
+    systems = _systems(modes, unit)
     turning = modes.which(lambda use: use.op == "rotate")
     largest = 4 << unit.fraction_bits
     alone = len(systems) == 1

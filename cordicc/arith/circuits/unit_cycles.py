@@ -24,7 +24,9 @@ _PARAMETERS: Mapping[str, tuple[tuple[str, object], ...]] = {
 _OPERANDS = {"cmul": 1, "shift": 1, "neg": 1, "abs": 1, "sign": 1, "wrap": 1, "select": 3}
 
 
-def cycles_at(arithmetic: Arithmetic, kind: str, functions: Sequence[str], clocking: Clocking) -> int:
+def cycles_at(
+    arithmetic: Arithmetic, kind: str, functions: Sequence[str], clocking: Clocking, interval: int = 1
+) -> int:
     """Return the cycles of a unit that does some functions, each on words with a binary point of its own.
 
     Args:
@@ -32,12 +34,23 @@ def cycles_at(arithmetic: Arithmetic, kind: str, functions: Sequence[str], clock
         kind: of unit.
         functions: by the names of a target file.
         clocking: the period and the delays.
+        interval: cycles from one operation to the next.
+
+    Raises:
+        ValueError: a step that is made again and again takes longer than the period.
     """
     system = arithmetic.system
     assert isinstance(system, FixedSystem)
     width = system.operand_bits
     uses = [_use(function, width, number) for number, function in enumerate(functions)]
-    return max(1, unit_builder(kind, arithmetic, kind, uses, clocking).cycles())
+    made = unit_builder(kind, arithmetic, kind, uses, clocking, interval)
+    if made.too_fast:
+        most = 1e3 / (made.step_ns + clocking.delays.register_ns)
+        raise ValueError(
+            f"an iteration of a unit of kind '{kind}' takes {made.step_ns:.1f} ns: one a cycle is for "
+            f"clocks of at most {most:.0f} MHz"
+        )
+    return max(1, made.cycles())
 
 
 def _use(function: str, width: int, number: int) -> Use | Plain:

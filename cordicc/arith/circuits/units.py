@@ -9,6 +9,7 @@ from typing import Any
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.cell_delays import COMBINATIONAL, DELAYS, Clocking, Delays
 from cordicc.arith.circuits.circuit import Circuit
+from cordicc.arith.circuits.holding import held
 from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.solving import implicit_unit
@@ -61,8 +62,12 @@ def unit_circuit(
     uses: Sequence[Use | Plain],
     latency: int,
     delays: Delays = DELAYS,
+    interval: int = 1,
 ) -> Circuit:
     """Return the circuit of a unit with some latency in cycles, for as fast a clock as that allows.
+
+    It takes an operation every `interval` cycles.  A standard unit makes its steps one after the other if
+    these are no more; any unit has one register where a number waits.
 
     Inputs are `ok`, which tells that all operands stand for numbers; `mode`, the number of the use, if there
     are several; and `a`, `b`, `c`, words in two's complement of the widest operand that stands there, but for
@@ -75,26 +80,31 @@ def unit_circuit(
     if not latency:
         return unit_builder(name, arithmetic, kind, uses, COMBINATIONAL).circuit(0)
     fits, fails = _SLOWEST, 0
-    best = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[fits], delays))
+    best = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[fits], delays), interval)
     while fits - fails > 1:
         middle = (fits + fails) // 2
-        made = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[middle], delays))
-        if made.cycles() <= latency:
+        made = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[middle], delays), interval)
+        if made.cycles() <= latency and not made.too_fast:
             fits, best = middle, made
         else:
             fails = middle
-    return best.circuit(latency)
+    return held(best.circuit(latency), interval)
 
 
 def unit_builder(
-    name: str, arithmetic: Arithmetic, kind: str, uses: Sequence[Use | Plain], clocking: Clocking
+    name: str,
+    arithmetic: Arithmetic,
+    kind: str,
+    uses: Sequence[Use | Plain],
+    clocking: Clocking,
+    interval: int = 1,
 ) -> CircuitBuilder:
     """Return the circuit of a unit before its latency is stated, pipelined for a clock; see `unit_circuit`.
 
     Raises:
         NoCircuitError: a use has none.
     """
-    b = CircuitBuilder(name, clocking)
+    b = CircuitBuilder(name, clocking, interval)
     ports = max(len(use.operands) for use in uses)
     widths = [
         max(use.operands[at].width_bits for use in uses if at < len(use.operands)) for at in range(ports)

@@ -38,8 +38,27 @@ Raws = tuple[Raw | None, Raw | None]
 Wanted = tuple[bool, bool]
 """Which results are taken."""
 
-Scale = Callable[[int, CircuitSignal], CircuitSignal]
-"""Divides a coordinate by the gain of a coordinate system."""
+Coordinates = tuple[CircuitSignal | None, CircuitSignal | None]
+"""At most two coordinates, or what they are over the gain of their system, with `SCALE_BITS` more bits."""
+
+
+class UnitFunction(NamedTuple):
+    """What a function is around the iterations of a unit.
+
+    Attributes:
+        start: what they begin with.
+        coordinates: of what they end with, those that are divided by the gain.
+        finish: makes the results from what they end with, and from the quotients.
+    """
+
+    start: Turned
+    coordinates: Callable[[Turned, Wanted], Coordinates]
+    finish: Callable[[Turned, Coordinates, Wanted], Raws]
+
+
+def no_coordinates(last: Turned, wanted: Wanted) -> Coordinates:
+    """Return nothing: of a function whose results have no gain."""
+    return None, None
 
 
 @dataclass(frozen=True, slots=True)

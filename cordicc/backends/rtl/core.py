@@ -247,6 +247,9 @@ class _Core:
         for operation in cell.operations:
             yield f"    // {comment(self._about(operation))}."
         wired = [("clk", "clk"), ("ce", "ce")] if circuit.registers() else []
+        if circuit.strobes:
+            slots = [self._slot(operation.start) for operation in cell.operations]
+            wired.append(("start", " | ".join(dict.fromkeys(slots))))
         for port, taken in zip(PORTS, cell.ports, strict=False):
             if port not in widths:
                 continue

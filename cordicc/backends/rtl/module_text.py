@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
-from cordicc.arith.circuits.circuit import Circuit, Gate
+from cordicc.arith.circuits.circuit import INDEX, Circuit, Gate
+
+_CLOCKED = ("register", "hold")
 
 _LINE = 110
 """Characters of a line of the list of unused bits."""
@@ -20,24 +22,28 @@ def module_text(circuit: Circuit, comments: Sequence[str] = ()) -> str:
     return "\n".join(_Module(circuit).lines(comments)) + "\n"
 
 
-def signal_names(circuit: Circuit) -> list[str]:
-    """Return what the signal of each cell is called in the module; that of a constant has no name."""
+def signal_names(circuit: Circuit, prefix: str = "") -> list[str]:
+    """Return what the signal of each cell is called in the module; that of a constant has no name.
+
+    A prefix is that of the names in the body of a loop.
+    """
     inputs = {port.cell: port.name for port in circuit.inputs}
     outputs = {port.name for port in circuit.outputs}
 
     def name(number: int, cell: Gate) -> str:
         own = cell.name.rstrip("_")
-        return inputs.get(number) or (f"{own}_w" if own in outputs else own)
+        return prefix + (inputs.get(number) or (f"{own}_w" if own in outputs else own))
 
     return [name(*each) if each[1].kind != "constant" else "" for each in enumerate(circuit.cells)]
 
 
 class _Module:
-    def __init__(self, circuit: Circuit) -> None:
+    def __init__(self, circuit: Circuit, prefix: str = "") -> None:
         self._circuit = circuit
+        self._prefix = prefix
         self._cells = circuit.cells
         self._read: dict[int, set[int]] = {number: set() for number in range(len(circuit.cells))}
-        self._taken = signal_names(circuit)
+        self._taken = signal_names(circuit, prefix)
 
     def lines(self, comments: Sequence[str]) -> Iterator[str]:
         circuit = self._circuit
@@ -45,8 +51,9 @@ class _Module:
         yield "`default_nettype none"
         yield ""
         yield f"module {circuit.name} ("
-        clocked = any(cell.kind == "register" for cell in self._cells)
+        clocked = circuit.loops or any(cell.kind in _CLOCKED for cell in self._cells)
         ports = ["input  wire clk", "input  wire ce"] if clocked else []
+        ports += ["input  wire start"] if circuit.strobes else []
         ports += [f"input  wire {self._declared(port.cell, port.name)}" for port in circuit.inputs]
         ports += [f"output wire {self._declared(port.cell, port.name)}" for port in circuit.outputs]
         yield from (f"    {port}," for port in ports[:-1])
@@ -54,26 +61,89 @@ class _Module:
         yield ");"
         order = sorted(range(len(self._cells)), key=lambda number: (self._cells[number].cycle or 0, number))
         body = [n for n in order if self._cells[n].kind not in ("input", "constant")]
+        yield from self._strobes()
+        waiting = sorted(range(len(circuit.loops)), key=circuit.begin)
         for cycle, numbers in groupby(body, key=lambda number: self._cells[number].cycle or 0):
+            while waiting and circuit.begin(waiting[0]) < cycle:
+                yield from self._loop(waiting.pop(0))
             yield from self._cycle(cycle, list(numbers))
         yield ""
         for port in circuit.outputs:
             text = self._whole(port.cell, self._cells[port.cell].width)
             yield f"    assign {port.name} = {text};"
-        yield from self._unused()
+        yield from self.unused()
         yield "endmodule"
         yield ""
         yield "`default_nettype wire"
 
+    def _strobes(self) -> Iterator[str]:
+        """Yield where operations are, as far as something is loaded by that."""
+        if not self._circuit.strobes:
+            return
+        last = self._circuit.strobes[-1]
+        yield ""
+        yield "    // Bit k: an operation entered k cycles ago."
+        if not last:
+            yield "    wire here = start;"
+            return
+        yield f"    reg [{last}:1] here_q;"
+        yield f"    wire [{last}:0] here = {{here_q, start}};"
+        yield f"    always @(posedge clk) if (ce) here_q <= here[{last - 1}:0];"
+
+    def _strobe(self, cycle: int) -> str:
+        return f"here[{cycle}]" if self._circuit.strobes[-1] else "here"
+
+    def _loop(self, number: int) -> Iterator[str]:
+        """Yield the registers of a loop, its body, and what the registers take."""
+        loop, begin = self._circuit.loops[number], self._circuit.begin(number)
+        prefix = f"loop{number + 1}_"
+        inner = _Module(loop.body, prefix)
+        ports = {port.name: port.cell for port in loop.body.inputs}
+        first = next(cell for cell in self._cells if cell.kind == "loop" and cell.params[0] == number)
+        entering = dict(zip((*loop.states, *loop.kept), first.operands, strict=True))
+        yield ""
+        yield f"    // Cycles {begin} to {begin + loop.steps - 1}, a step each."
+        yield f"    wire {prefix}first = {self._strobe(begin)};"
+        for name, cell in ports.items():
+            width = loop.body.cells[cell].width
+            value = literal(0, width) if name == INDEX else self._whole(entering[name], width)
+            yield f"    reg {inner.declared(cell, f'{prefix}{name}_q')};"
+            text = f"{prefix}first ? {value} : {prefix}{name}_q"
+            yield f"    wire {inner.declared(cell, prefix + name)} = {text};"
+        yield from inner.body()
+        yield "    always @(posedge clk) if (ce) begin"
+        following = {port.name: port.cell for port in loop.body.outputs}
+        for name, cell in ports.items():
+            width = loop.body.cells[cell].width
+            if name == INDEX:
+                text = f"{prefix}{name} + {literal(1, width)}"
+            elif name in following:
+                text = inner.whole(following[name], width)
+            else:
+                text = prefix + name
+            yield f"        {prefix}{name}_q <= {text};"
+        yield "    end"
+        yield from inner.unused()
+
+    def body(self) -> Iterator[str]:
+        """Yield the cells of a circuit without registers, ports and constants apart."""
+        for number, cell in enumerate(self._cells):
+            if cell.kind not in ("input", "constant"):
+                yield from self._made(number)
+
     def _cycle(self, cycle: int, numbers: list[int]) -> Iterator[str]:
-        registers = [n for n in numbers if self._cells[n].kind == "register"]
+        registers = [n for n in numbers if self._cells[n].kind in _CLOCKED]
+        always = [n for n in registers if self._cells[n].kind == "register"]
+        holds = [n for n in registers if self._cells[n].kind == "hold"]
         yield ""
         yield f"    // Cycle {cycle}."
         for number in registers:
             yield f"    reg {self._declared(number, self._taken[number])};"
-        if registers:
-            yield "    always @(posedge clk) if (ce) begin"
-            for number in registers:
+        for gate, loaded in (("ce", always), (f"ce && {self._strobe(cycle - 1)}" if holds else "", holds)):
+            if not loaded:
+                continue
+            yield f"    always @(posedge clk) if ({gate}) begin"
+            for number in loaded:
                 source = self._cells[number].operands[0]
                 yield f"        {self._taken[number]} <= {self._whole(source, self._cells[number].width)};"
             yield "    end"
@@ -90,6 +160,10 @@ class _Module:
             # Simulators would wait for a change of the index for ever.
             index = self._cells[cell.operands[0]].params[0]
             yield f"    wire {self._declared(number, name)} = {literal(cell.params[index], cell.width)};"
+        elif cell.kind == "loop":
+            loop, state = cell.params
+            name_of_state = f"loop{loop + 1}_{self._circuit.loops[loop].states[state]}_q"
+            yield f"    wire {self._declared(number, name)} = {name_of_state};"
         elif cell.kind == "pick":
             yield f"    reg {self._declared(number, name)};"
             yield f"    always @* case ({self._whole(cell.operands[0])})"
@@ -110,7 +184,8 @@ class _Module:
         else:
             yield f"    wire {self._declared(number, name)} = {_TEXTS[cell.kind](self, cell)};"
 
-    def _unused(self) -> Iterator[str]:
+    def unused(self) -> Iterator[str]:
+        """Yield a wire that takes what nothing else does."""
         bits = []
         for number, cell in enumerate(self._cells):
             left = sorted(set(range(cell.width)) - self._read[number])
@@ -124,7 +199,7 @@ class _Module:
         if bits:
             yield ""
             yield "    // Bits below the last place of a result, and above what its range needs."
-            line = "    wire unused_bits = &{1'b0"
+            line = f"    wire {self._prefix}unused_bits = &{{1'b0"
             for text in bits:
                 if len(line) + len(text) > _LINE:
                     yield line + ","
@@ -132,6 +207,10 @@ class _Module:
                 else:
                     line += f", {text}"
             yield line + "};"
+
+    def declared(self, number: int, name: str) -> str:
+        """Return a name with the width of a cell's signal."""
+        return self._declared(number, name)
 
     def _declared(self, number: int, name: str) -> str:
         cell = self._cells[number]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cordicc.arith.circuits.builder import CircuitBuilder
 from cordicc.arith.circuits.cell_delays import DELAYS
 from cordicc.arith.circuits.circuit import Circuit
@@ -42,7 +44,15 @@ class UnitModules:
         }
         try:
             unit = cell.unit
-            circuit = unit_circuit("unit", self._plan.arithmetic, unit.kind, uses, unit.latency, self._delays)
+            circuit = unit_circuit(
+                "unit",
+                self._plan.arithmetic,
+                unit.kind,
+                uses,
+                unit.latency,
+                self._delays,
+                unit.initiation_interval,
+            )
         except NoCircuitError as error:
             ids = ", ".join(f"{o.id} ({o.mode or o.op}, for {o.equation})" for o in cell.operations)
             raise NoCircuitError(f"{ids}: {error}") from None
@@ -58,13 +68,13 @@ class UnitModules:
 
     def _named(self, kind: str, circuit: Circuit) -> str:
         """Return the module of a circuit: that of the same circuit if there is one."""
-        alike = (circuit.cells, circuit.outputs, circuit.inputs)
+        alike = (circuit.cells, circuit.outputs, circuit.inputs, circuit.loops)
         for name, other in self.circuits.items():
-            if (other.cells, other.outputs, other.inputs) == alike:
+            if (other.cells, other.outputs, other.inputs, other.loops) == alike:
                 return name
         base = f"{self._prefix}_{kind}"
         name = f"{base}{sum(known.startswith(base) for known in self.circuits) + 1}"
-        self.circuits[name] = Circuit(name, circuit.cells, circuit.inputs, circuit.outputs, circuit.notes)
+        self.circuits[name] = replace(circuit, name=name)
         return name
 
     def _use(self, operation: Operation) -> Use | Plain:

@@ -43,6 +43,12 @@ def cell_bits(circuit: Circuit, device: Device) -> dict[str, int]:
             count[kind] += much
     for bits, length in _rows(circuit):
         count.update(fifo_bits(bits, length, device))
+    for loop in circuit.loops:
+        count.update(cell_bits(loop.body, device))
+        # Each state is a register, and begins as something else.
+        states = sum(loop.body.cells[port.cell].width for port in loop.body.inputs)
+        count.update({"register": states, "mux": states})
+    count["register"] += max(circuit.strobes, default=0)
     return dict(count)
 
 
@@ -60,7 +66,9 @@ def choice_luts(bits: int, sources: int, device: Device) -> int:
 
 def _of_cell(cell: Gate, operands: list[Gate], device: Device) -> Iterator[tuple[str, int]]:
     kind = cell.kind
-    if kind == "round":
+    if kind == "hold":
+        yield "register", cell.width
+    elif kind == "round":
         yield "round", cell.width
     elif kind in SUMS:
         yield "add", cell.width
