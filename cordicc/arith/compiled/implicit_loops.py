@@ -114,7 +114,7 @@ def lightcone(
 def _width(rise: int, room: int, target: int, bits: int) -> int:
     """Return a kernel's width near the vertex of a hyperbola."""
     root = int(_ROOTS[min(_sixteenths(abs(target), bits), SIXTEENTHS)])
-    return _as_limit(_risen(rise, root) + room)
+    return int(_as_limit(_risen(rise, root) + room))
 
 
 @compiled
