@@ -52,7 +52,7 @@ def difference(stated: Any, own: Any, path: str) -> tuple[str, Any, Any] | None:
     if isinstance(stated, dict) and isinstance(own, dict):
         for key in sorted({*stated, *own}):
             if key not in stated or key not in own:
-                return f"{path}.{key}", stated.get(key), own.get(key)
+                return f"{path}.{key}", stated.get(key, "missing"), own.get(key, "missing")
             if (found := difference(stated[key], own[key], f"{path}.{key}")) is not None:
                 return found
         return None

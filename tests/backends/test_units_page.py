@@ -74,17 +74,19 @@ def arithmetic(target: str) -> dict[str, Any]:
     return {"format": format_, "units": units}
 
 
-def of_one(case: Case, target: str, *, size: float = 4, fraction: int = 21, slack: Slack = EXACT) -> Plan:
-    """Return the plan of one operation of inputs within +-size, whose results have fraction bits."""
+def of_one(
+    case: Case, target: str, *, size: float = 4, fraction: int = 21, slack: Slack = EXACT, taken: int = 2
+) -> Plan:
+    """Return the plan of one operation of inputs within +-size, whose first results are outputs."""
     op, params = case
     definition = OPS[op]
     inputs = [f"x{at}" for at in range(definition.arity)]
     results = tuple(f"o.{name}" for name in definition.results)
-    outputs = {f"y{at}": Operand(value=name) for at, name in enumerate(results)}
+    outputs = {f"y{at}": Operand(value=name) for at, name in enumerate(results[:taken])}
     kind = KINDS.get(op, op)
-    taken = tuple(Operand(value=name) for name in inputs)
+    operands = tuple(Operand(value=name) for name in inputs)
     made = Operation(
-        "o", op, params, kind, op, kind, 0, 0, definition.ports, taken, results, "y", slack=slack
+        "o", op, params, kind, op, kind, 0, 0, definition.ports, operands, results, "y", slack=slack
     )
     point, own = BinaryPoint(27, fraction), BinaryPoint(27, 26 - math.frexp(size)[1])
     return replace(
@@ -137,26 +139,36 @@ SLACKS = [EXACT, Slack(0.02, 0.01), Slack(0.003, 0.002, relative=True), Slack(2.
 @pytest.mark.parametrize("slack", SLACKS, ids=str)
 def test_end_of_reach(case: Case, target: str, slack: Slack) -> None:
     plan = of_one(case, target, slack=slack)
-    words = samples(plan, 200, 7)
+    words = samples(plan, 300, 7)
     rng = np.random.default_rng(8)
+    for name in ("x0", "x1"):
+        words[name] *= rng.random(300) < 0.85
     a, b = words["x0"].astype(float), words["x1"].astype(float)
     reach = np.sqrt(np.maximum(b * b + case[1]["m"] * a * a, 0))
-    off = rng.choice([0, 1, -1, 2, -3, 9, -30], a.size) * 2.0 ** rng.integers(0, 19, a.size)
-    c = np.round((reach + rng.choice([0, 1], a.size) * off) * rng.choice([1, -1], a.size))
+    largest = np.maximum(np.maximum(np.abs(a), np.abs(b)), 1)
+    # Beyond and before, by some places or about as much as the slack allows.
+    allowed = slack.beyond * (2 ** np.ceil(np.log2(largest)) if slack.relative else 2.0**23)
+    places = rng.choice([1, -1, 2, -3, 9, -30], 300) * 2.0 ** rng.integers(0, 19, 300)
+    off = np.where(rng.random(300) < 0.7, allowed * rng.uniform(-1.5, 1.5, 300), places)
+    c = np.round((reach + off * (rng.random(300) < 0.8)) * rng.choice([1, -1], 300))
     words["x2"] = np.clip(c, -(1 << 25), 1 << 25).astype(np.int64)
     assert check(plan, words) > 20
 
 
 @pytest.mark.parametrize("case", ROOTS, ids=label)
-@pytest.mark.parametrize("slack", [each for each in SLACKS if not each.within or each.relative], ids=str)
+@pytest.mark.parametrize("slack", SLACKS, ids=str)
 def test_roots_near_zero(case: Case, slack: Slack) -> None:
     light = case[0] == "lightcone"
-    plan = of_one(case, "fixed24", slack=Slack(slack.beyond, 0.0, slack.relative and not light))
+    plan = of_one(case, "fixed24", slack=Slack(slack.beyond, 0.0, slack.relative and not light), taken=1)
     words = samples(plan, 300, 9)
     rng = np.random.default_rng(10)
-    near = rng.integers(-(1 << 18), 1 << 18, 300) >> rng.integers(0, 18, 300)
-    other = near if light else rng.choice([1, -1], 300) * words["x0"] + near
-    words["x1"] = np.where(rng.random(300) < 0.7, np.clip(other, -(1 << 25), 1 << 25), words["x1"])
+    few = rng.integers(-(1 << 18), 1 << 18, 300) >> rng.integers(0, 18, 300)
+    allowed = (
+        np.abs(words["x0"]) * 2 * slack.beyond if slack.relative and not light else slack.beyond * 2.0**23
+    )
+    near = np.where(rng.random(300) < 0.3, few, allowed * rng.uniform(-1.5, 1.5, 300)).astype(np.int64)
+    other = near if light else rng.choice([1, -1], 300) * (words["x0"] + near)
+    words["x1"] = np.where(rng.random(300) < 0.8, np.clip(other, -(1 << 25), 1 << 25), words["x1"])
     check(plan, words)
 
 
@@ -164,7 +176,7 @@ def test_roots_near_zero(case: Case, slack: Slack) -> None:
 @pytest.mark.parametrize("example", quick(["planar_2r", "wheel_beta", "puma560", "four_bar"], "planar_2r"))
 def test_whole_plans(example: str, target: str) -> None:
     plan = planned(EXAMPLES / f"{example}.yaml", target=target)
-    assert check(plan, samples(plan, 200, 11)) > 50
+    assert check(plan, samples(plan, 200, 11)) > 40
 
 
 ARM = """\

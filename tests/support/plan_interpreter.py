@@ -391,13 +391,14 @@ class Interpreter:
             results = [self.plain(op, params, slack, operands)]
         angle = {"vector": 1, "implicit": 0}.get(op) if params.get("m") == 1 else None
         angle = 0 if op == "wrap" else angle
+        most = 1 << (self.units[kind].data["exponent_bits"] - 1) if kind in self.units else 1 << 20
         found = {}
         for at, (name, result) in enumerate(zip(operation["results"], results, strict=True)):
             if name is not None:
                 point = self.data["formats"]["values"][name]
                 word = None
-                if result is not None and abs(result.m).bit_length() + result.e <= 512:
-                    tiny = abs(result.m).bit_length() + result.e <= -512
+                if result is not None and abs(result.m).bit_length() + result.e <= most:
+                    tiny = abs(result.m).bit_length() + result.e <= -most
                     word = self.word(0 if tiny else result.m, -result.e, point, at == angle)
                 found[name] = Typed(word, point["width"], point["fraction"])
         return found

@@ -53,10 +53,12 @@ def steps_name(op: str, params: Mapping[str, Any]) -> str:
     return f"implicit-{system}" if op == "implicit" else system
 
 
-def steps_named(unit: Cau, name: str) -> StepTable:
-    """Return iterations of a unit by their name.  Raises ValueError if it has none of that name."""
-    system = {text: m for m, text in _SYSTEMS.items()}[name.removeprefix("implicit-")]
-    return implicit_steps(unit, system) if name.startswith("implicit-") else standard_table(unit, system)
+def iterations(unit: Cau) -> dict[str, StepTable]:
+    """Return all iterations of a unit by name."""
+    found = {name: standard_table(unit, m) for m, name in _SYSTEMS.items()}
+    if unit.rule is not None:
+        found |= {f"implicit-{_SYSTEMS[m]}": implicit_steps(unit, m) for m in (1, -1)}
+    return found
 
 
 def shared_data() -> dict[str, Any]:
@@ -76,7 +78,7 @@ def shared_data() -> dict[str, Any]:
 
 
 def unit_data(unit: Cau, names: Iterable[str]) -> dict[str, Any]:
-    """Return the widths of a unit and the iterations of some names."""
+    """Return the widths of a unit and the iterations of some names.  Raises KeyError if it has not all."""
     half_turn = pi_fixed(unit.angle_bits)
     data: dict[str, Any] = {
         "operand_bits": unit.operand_bits,
@@ -92,13 +94,13 @@ def unit_data(unit: Cau, names: Iterable[str]) -> dict[str, Any]:
 
 
 def _steps(unit: Cau, name: str) -> dict[str, Any]:
-    table = steps_named(unit, name)
+    table = iterations(unit)[name]
     data: dict[str, Any] = {
         "shifts": list(table.shifts),
         "angles": list(table.angles),
-        # A coordinate is multiplied by the word, and keeps `gain_places` bits more.
-        "inverse_gain": _number(table.inverse_gain, table.coordinate_bits + 1),
     }
+    if table.m:  # linear iterations have no gain
+        data["inverse_gain"] = _number(table.inverse_gain, table.coordinate_bits + 1)
     if not name.startswith("implicit-"):
         return data
     data["stretched"] = list(table.stretched)
@@ -120,7 +122,7 @@ def operation_data(
         operands: the formats of its operands.
 
     Raises:
-        ValueError: units of the kind have no such operation.
+        ValueError: units of the kind have no implicit mode.
     """
     unit = arithmetic.caus[kind]
     data: dict[str, Any] = {"steps": steps_name(op, settings)}

@@ -16,7 +16,8 @@ from cordicc.arith.kernels.reduction import (
 from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
 from cordicc.arith.kernels.thresholds import SHARE_BITS, UPPER
 from cordicc.arith.numbers.slack import Slack
-from cordicc.arith.unit.cau import Cau, implicit_steps, implicit_table, standard_table
+from cordicc.arith.unit.cau import Cau, implicit_table
+from cordicc.arith.unit.unit_integers import iterations
 from cordicc.backends.c.c_sections import int64
 from cordicc.targets.target import SYSTEMS
 
@@ -92,10 +93,6 @@ class Steps:
 
 def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
     """Return what the template of a unit's functions needs."""
-    tables = {name: standard_table(cau, m) for m, name in SYSTEMS.items()}
-    if cau.rule is not None:
-        for m in (1, -1):
-            tables[f"implicit_{SYSTEMS[m]}"] = implicit_steps(cau, m)
     quarter = pi_fixed(TAU_BITS + 1)
     return {
         "u": prefix,
@@ -103,7 +100,7 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "F": cau.fraction_bits,
         "A": cau.angle_bits,
         "OB": cau.operand_bits,
-        "steps": {name: Steps(table) for name, table in tables.items()},
+        "steps": {name.replace("-", "_"): Steps(table) for name, table in iterations(cau).items()},
         "never": NEVER,
         "upper": UPPER,
         "share_bits": SHARE_BITS,
