@@ -134,25 +134,30 @@ def test_angles_of_all_sizes(case: Case, size: float) -> None:
 SLACKS = [EXACT, Slack(0.02, 0.01), Slack(0.003, 0.002, relative=True), Slack(2.0**-22, 2.0**-23)]
 
 
+def near_the_end(plan: Plan, count: int) -> Words:
+    """Return A, B, C of an implicit operation beside the end of reach, |C| = R, some with A or B alone."""
+    (operation,) = plan.operations
+    words, slack = samples(plan, count, 7), operation.slack
+    rng = np.random.default_rng(8)
+    for name in ("x0", "x1"):
+        words[name] *= rng.random(count) < 0.85
+    a, b = words["x0"].astype(float), words["x1"].astype(float)
+    reach = np.sqrt(np.maximum(b * b + int(operation.params["m"]) * a * a, 0))
+    largest = np.maximum(np.maximum(np.abs(a), np.abs(b)), 1)
+    # Beyond and before, by some places or about as much as the slack allows.
+    allowed = slack.beyond * (2 ** np.ceil(np.log2(largest)) if slack.relative else 2.0**23)
+    places = rng.choice([1, -1, 2, -3, 9, -30], count) * 2.0 ** rng.integers(0, 19, count)
+    off = np.where(rng.random(count) < 0.7, allowed * rng.uniform(-1.5, 1.5, count), places)
+    c = np.round((reach + off * (rng.random(count) < 0.8)) * rng.choice([1, -1], count))
+    return {**words, "x2": np.clip(c, -(1 << 25), 1 << 25).astype(np.int64)}
+
+
 @pytest.mark.parametrize("case", [case for case in UNITS if case[0] == "implicit"], ids=label)
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("slack", SLACKS, ids=str)
 def test_end_of_reach(case: Case, target: str, slack: Slack) -> None:
     plan = of_one(case, target, slack=slack)
-    words = samples(plan, 300, 7)
-    rng = np.random.default_rng(8)
-    for name in ("x0", "x1"):
-        words[name] *= rng.random(300) < 0.85
-    a, b = words["x0"].astype(float), words["x1"].astype(float)
-    reach = np.sqrt(np.maximum(b * b + case[1]["m"] * a * a, 0))
-    largest = np.maximum(np.maximum(np.abs(a), np.abs(b)), 1)
-    # Beyond and before, by some places or about as much as the slack allows.
-    allowed = slack.beyond * (2 ** np.ceil(np.log2(largest)) if slack.relative else 2.0**23)
-    places = rng.choice([1, -1, 2, -3, 9, -30], 300) * 2.0 ** rng.integers(0, 19, 300)
-    off = np.where(rng.random(300) < 0.7, allowed * rng.uniform(-1.5, 1.5, 300), places)
-    c = np.round((reach + off * (rng.random(300) < 0.8)) * rng.choice([1, -1], 300))
-    words["x2"] = np.clip(c, -(1 << 25), 1 << 25).astype(np.int64)
-    assert check(plan, words) > 20
+    assert check(plan, near_the_end(plan, 500)) > 20
 
 
 @pytest.mark.parametrize("case", ROOTS, ids=label)
@@ -208,19 +213,38 @@ def test_an_arm_at_its_reach(target: str, tmp_path: Path) -> None:
     assert 100 < check(plan, words) < 300
 
 
-def test_a_wrong_constant_shows() -> None:
-    """The interpreter takes its numbers from the plan alone."""
+CHANGES = [
+    "slack",
+    "within",
+    "height",
+    "rise",
+    "room",
+    "short",
+    "upper",
+    "unsettled",
+    "stretched",
+    "doubles",
+    "angles",
+]
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_wrong_number_shows(name: str) -> None:
+    """The interpreter takes its numbers from the plan, and the samples of the end of reach need them all."""
     plan = of_one(("implicit", {"m": 1, "branch": "-"}), "fixed24", slack=Slack(0.02, 0.01))
-    words = samples(plan, 40, 14)
+    words = near_the_end(plan, 1500)
     data = json.loads(dump(plan))
-    steps = data["cordic"]["units"]["implicit"]["steps"]["implicit-circular"]
+    cordic = data["cordic"]
+    tables = [cordic["constants"], cordic["operations"]["o"]["reach"]]
+    tables.append(cordic["units"]["implicit"]["steps"]["implicit-circular"])
+    (table,) = (each for each in tables if name in each)
 
     def outputs() -> list[dict[str, int | None]]:
         interpreter = Interpreter(data)
-        return [
-            interpreter.run({name: int(column[at]) for name, column in words.items()}) for at in range(40)
-        ]
+        rows = [{each: int(column[at]) for each, column in words.items()} for at in range(1500)]
+        return [interpreter.run(row) for row in rows]
 
-    right = outputs()
-    steps["angles"][3] += 1 << 9
+    right, value = outputs(), table[name]
+    # Half of each, with the last bits that thresholds have.
+    table[name] = [each // 16 * 8 + 7 for each in value] if isinstance(value, list) else value // 2
     assert outputs() != right

@@ -127,7 +127,8 @@ def operation_data(
     unit = arithmetic.caus[kind]
     data: dict[str, Any] = {"steps": steps_name(op, settings)}
     if op == "implicit":
-        data["reach"] = _reach(implicit_table(unit, settings["m"], slack_of(settings)).reach)
+        reach = implicit_table(unit, settings["m"], slack_of(settings)).reach
+        data["reach"] = _reach(reach, settings["m"])
     elif data["steps"] == "hyperbolic" and op != "rotate":
         rows, places = unit.root_slack(slack_of(settings))
         data["slack"] = {**_rows(rows), "places": places.tolist(), "relative": slack_of(settings).relative}
@@ -148,8 +149,10 @@ def _rows(rows: Rows) -> dict[str, int]:
     return {"first": rows.first}
 
 
-def _reach(table: ReachTable) -> dict[str, Any]:
+def _reach(table: ReachTable, m: int) -> dict[str, Any]:
     columns = {name: column.tolist() for name, column in table.columns._asdict().items()}
+    if m > 0:
+        del columns["beyond"]  # on the circle y may be as far beyond the target as it gets
     return {**_rows(table.rows), **columns}
 
 
