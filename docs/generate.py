@@ -121,7 +121,8 @@ _HARDWARE = """
 ## Words in hardware
 
 What `--emit verilog` writes, and what hardware by others has to do to have the same bits on a fixed-point
-target.
+target. What a CORDIC unit does in between, from the integers under `cordic`, stands in
+[units in integers](units.md).
 
 - **Words** are in two's complement: w stands for w · 2^-fraction, with `width` and `fraction` of
   `formats.values` (inputs and results, by name) and `formats.outputs` (what is delivered). Constants
@@ -135,8 +136,8 @@ target.
 - **Inputs**: the words from lo · 2^fraction to hi · 2^fraction, both rounded like results (`problem.inputs`),
   are in range; any other one is invalid, and so is the sample, even if nothing takes the input. The ends
   are those of the rounded words.
-- **Rounding**: the steps of a unit cut or round half up as its kind says; its result, or that of an
-  addition or product, which is exact, is rounded once to the format of the result, as
+- **Rounding**: the shifts of a unit round half up, but for the few that [its page](units.md) says cut; its
+  result, or that of an addition or product, which is exact, is rounded once to the format of the result, as
   `target_data.arithmetic.format.rounding` says (half-up: add half of the last place and cut). A word that
   leaves its format is invalid: nothing saturates, nothing wraps around.
 - **Outputs** whose format differs from that of the value they take (`outputs`) are rounded once more, in no

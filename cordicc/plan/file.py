@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source
+from cordicc.plan.cordic_data import cordic_data, difference
 from cordicc.plan.model import Plan
 from cordicc.plan.plain_data import FORMAT, VERSION, as_dict
 from cordicc.plan.plan_from_data import plan_of
@@ -23,19 +24,27 @@ MAX_DIGITS = 18
 BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 """What parts of a plan that do not fit together raise where they meet."""
 
-_PARTS = ("units", "operations", "fifos")
+_INTEGERS = re.compile(r"\[\n\s*-?\d+(?:,\n\s*-?\d+)*\n\s*\]")
+
+_PARTS = ("units", "operations", "fifos", "cordic")
 """What `--json` leaves out of the summary."""
 
 
 def dump(plan: Plan) -> str:
-    """Return the text of plan.json: sorted keys, two spaces, a final newline."""
-    return json.dumps(as_dict(plan), indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
+    """Return the text of plan.json: sorted keys, two spaces, lists of integers on one line."""
+    return _text(as_dict(plan))
 
 
 def summary(plan: Plan) -> str:
     """Return plan.json without units, operations and fifos, as `--json` prints it."""
     data = {key: value for key, value in as_dict(plan).items() if key not in _PARTS}
-    return json.dumps(data, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
+    return _text(data)
+
+
+def _text(data: dict[str, Any]) -> str:
+    text = json.dumps(data, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
+    # No text of JSON has a line break in it, so this is about lists alone.
+    return _INTEGERS.sub(lambda found: "[" + " ".join(found[0][1:-1].split()) + "]", text) + "\n"
 
 
 @cache
@@ -89,6 +98,7 @@ def parse(text: str, name: str) -> Plan:
     except BROKEN as error:
         raise contradiction(_first_line(error), source) from None
     _check_derived(data, plan, source)
+    _check_cordic(data, plan, source)
     return plan
 
 
@@ -180,6 +190,20 @@ def _check_derived(data: dict[str, Any], plan: Plan, source: Source) -> None:
             raise contradiction(
                 f"the limit or unit of check '{check.name}' is not that of the problem", source
             )
+
+
+def _check_cordic(data: dict[str, Any], plan: Plan, source: Source) -> None:
+    """Refuse constants of units that are not those of the target; plans of before have none."""
+    if "cordic" not in data:
+        return
+    try:
+        own = cordic_data(plan)
+    except BROKEN as error:
+        raise contradiction(_first_line(error), source) from None
+    found = difference(data["cordic"], own, "cordic")
+    if found is not None:
+        place, stated, wanted = found
+        raise contradiction(f"{place} is {_short(stated)}, its target says {_short(wanted)}", source)
 
 
 def _short(value: object) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from cordicc.arith.numbers.slack import EXACT
 from cordicc.ir.text import print_graph
 from cordicc.plan.area import Area, SynthesisResult
+from cordicc.plan.cordic_data import cordic_data
 from cordicc.plan.model import Fifo, Operand, Operation, Plan, Unit
 from cordicc.plan.origin import (
     PlanCheck,
@@ -61,6 +62,9 @@ def as_dict(plan: Plan) -> dict[str, Any]:
         "accuracy": {name: _accuracy(figures) for name, figures in plan.accuracy.items()},
         "checks": {name: check_data(plan.problem.check(name), found) for name, found in plan.checks.items()},
     }
+    cordic = cordic_data(plan)
+    if cordic is not None:
+        data["cordic"] = cordic
     if plan.area is not None:
         data["area"] = {**asdict(plan.area), "estimated": plan.synthesis is None}
     if plan.synthesis is not None:

@@ -9,8 +9,15 @@ from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.limits import clipped
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.uses import Modes
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER
 from cordicc.arith.kernels.shift_sequences import SHARES
+from cordicc.arith.kernels.thresholds import (
+    ROOTS,
+    SHARE_BITS,
+    SIXTEENTHS,
+    is_upper,
+    risen,
+    sixteenths,
+)
 from cordicc.arith.unit.reach import ReachTable
 
 
@@ -52,11 +59,10 @@ class NearColumns(NamedTuple):
         height = self._limits([[near.height.tolist() for near in columns]], None)
         if m > 0:
             widths = [[(near.room + part * near.rise).tolist() for near in columns] for part in (0, 1)]
-            return height, self._limits(widths, size >= UPPER << (fraction_bits - 4))
-        root = b.pick(b.narrowed(size >> (fraction_bits - 4), 0, SIXTEENTHS), list(ROOTS))
-        rise = (self.column("rise") * root + (ROOT_SCALE - 1)) >> (ROOT_SCALE.bit_length() - 1)
-        places = SHARES.bit_length() - 1
-        return height, Limit((((self.column("room") + rise) >> places) + 1,), places, None)
+            return height, self._limits(widths, is_upper(size, fraction_bits))
+        root = b.pick(b.narrowed(sixteenths(size, fraction_bits), 0, SIXTEENTHS), list(ROOTS))
+        width = self.column("room") + risen(self.column("rise"), root)
+        return height, Limit(((width >> SHARE_BITS) + 1,), SHARE_BITS, None)
 
     def _limits(self, choices: Sequence[Sequence[Sequence[int]]], choice: CircuitSignal | None) -> Limit:
         """Return one or two thresholds by the use and the row, and what chooses the second one."""
@@ -102,7 +108,7 @@ class Limit(NamedTuple):
             return self
         down = (stretched & -stretched).bit_length() - 1
         multiples = tuple(times(b, each, stretched >> down) for each in self.multiples)
-        return Limit(multiples, self.places - SHARES.bit_length() + 1 + down, self.choice)
+        return Limit(multiples, self.places - SHARE_BITS + down, self.choice)
 
     def value(self, b: CircuitBuilder) -> CircuitSignal:
         """Return the value."""

@@ -30,10 +30,10 @@ from cordicc.arith.compiled.step_loops import (
     zeroed,
 )
 from cordicc.arith.compiled.unit_loops import Widths, ln2_multiple, sum_and_difference
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER
 from cordicc.arith.kernels.micro_rotations import NEVER
 from cordicc.arith.kernels.reduction import SCALE_BITS
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS
+from cordicc.arith.kernels.thresholds import ROOTS, SIXTEENTHS, as_limit, is_upper, risen, sixteenths
 from cordicc.arith.unit.implicit import GUARD_BITS, LOG_BITS
 from cordicc.base.arrays import Floats, Int64s
 
@@ -47,6 +47,8 @@ Margin = tuple[int, Int64s, int]
 """The first exponent of a root's slack, its places, and 1 if relative."""
 
 _ROOTS = np.array(ROOTS, dtype=np.int64)
+_is_upper, _sixteenths = compiled(is_upper), compiled(sixteenths)
+_risen, _as_limit = compiled(risen), compiled(as_limit)
 _MIDDLE = (5 << (LOG_BITS - 3)) + (1 << (LOG_BITS - 1))
 
 
@@ -111,8 +113,8 @@ def lightcone(
 @compiled
 def _width(rise: int, room: int, target: int, bits: int) -> int:
     """Return a kernel's width near the vertex of a hyperbola."""
-    root = int(_ROOTS[min(abs(target) >> (bits - 4), SIXTEENTHS)])
-    return ((rise * root + (ROOT_SCALE - 1)) // ROOT_SCALE + room) | (SHARES - 1)
+    root = int(_ROOTS[min(_sixteenths(abs(target), bits), SIXTEENTHS)])
+    return int(_as_limit(_risen(rise, root) + room))
 
 
 @compiled
@@ -157,7 +159,7 @@ def implicit_circular(
             # With a or b alone |c| is compared with it, and the kernel with the end elsewhere.
             alone = (As[i] == 0) | (Bs[i] == 0)
             height[i] = NEVER if alone else all_heights[row]
-            wide[i] = rooms[row] + (rises[row] if abs(target[i]) >= UPPER << (fraction_bits - 4) else 0)
+            wide[i] = rooms[row] + (rises[row] if _is_upper(abs(target[i]), fraction_bits) else 0)
             allowed[i] = slacks[row] if alone else shorts[row]
             excess[i] = abs(target[i]) - abs(x[i]) - abs(y[i])
             at_end[i] = alone & (excess[i] <= slacks[row]) & (-excess[i] <= withins[row])

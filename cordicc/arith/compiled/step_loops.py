@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from cordicc.arith.kernels.blocks import WIDE_BITS, ZERO_EXPONENT
-from cordicc.arith.kernels.shift_sequences import SHARES
+from cordicc.arith.kernels.thresholds import before_step
 from cordicc.base.arrays import Floats, Int64s
 
 Product = tuple[int, int, int, int]
@@ -263,11 +263,14 @@ def _towards(mirror: int, x: int, level: int, apart: int, target: int, height: i
     return (((level ^ ~mirror) & side) | (ahead & ~side)) >> 63
 
 
+_before_step = compiled(before_step)
+
+
 @compiled
 def _shares(whole: Int64s, stretched: int, part: Int64s) -> None:
     """Put what holds before a step in a block, from the gain so far as a share of the whole one."""
     for i in range(whole.size):
-        part[i] = (whole[i] + 1) // SHARES * stretched - 1
+        part[i] = _before_step(whole[i], stretched)
 
 
 @compiled

@@ -45,18 +45,11 @@ from cordicc.arith.kernels.gaps import HYPERBOLIC_ALIGNMENT, HYPERBOLIC_REACH
 from cordicc.arith.kernels.hyperbolic_bound import hyperbolic_residual_bound
 from cordicc.arith.kernels.shift_sequences import SHARES, Sequence, step_table
 from cordicc.arith.kernels.step_errors import Sizes, step_errors
+from cordicc.arith.kernels.thresholds import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER
 from cordicc.base.arrays import Floats
 
 _ALIGNMENT = 1.0
 """Places by which the rounding of A, B and C to the block moves R - C, see `implicit_bounds`."""
-
-SIXTEENTHS, ROOT_SCALE = 16, 256
-
-UPPER = 12
-"""Sixteenths of a block from which on |C| has the larger width on the circle."""
-
-ROOTS = tuple(math.ceil(ROOT_SCALE * math.sqrt((n + 1) / SIXTEENTHS)) for n in range(SIXTEENTHS + 1))
-"""Roots of |C| as a share of a block, by its whole sixteenths, rounded up, in units of 1/`ROOT_SCALE`."""
 
 _HEIGHT_BITS, _WIDTH_BITS = 6, 4
 """Leading bits that thresholds keep: what the height is more an angle at the end is off by."""

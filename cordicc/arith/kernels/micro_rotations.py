@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cordicc.arith.kernels.shift_sequences import COORDINATE_BITS, FACTOR_BITS, SHARES, StepTable
+from cordicc.arith.kernels.thresholds import before_step
 from cordicc.base.arrays import Integers
 
 Work = tuple[Integers, Integers, Integers]
@@ -41,7 +42,7 @@ class NearEnd(NamedTuple):
         """Return what holds before a step, from the gain so far as a share of the whole one."""
         if stretched == SHARES:
             return self
-        return NearEnd(*((each + 1) // SHARES * stretched - 1 for each in self))
+        return NearEnd(*(before_step(each, stretched) for each in self))
 
 
 def shift_round(value: Integers, shift: int, out: Integers | None = None) -> Integers:

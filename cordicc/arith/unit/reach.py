@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS, SIXTEENTHS, UPPER, end_of_reach
+from cordicc.arith.kernels.end_of_reach import end_of_reach
 from cordicc.arith.kernels.gaps import largest_gap
 from cordicc.arith.kernels.micro_rotations import NEVER, NearEnd
-from cordicc.arith.kernels.shift_sequences import SHARES, Sequence
+from cordicc.arith.kernels.shift_sequences import Sequence
+from cordicc.arith.kernels.thresholds import ROOTS, SIXTEENTHS, as_limit, is_upper, risen, sixteenths
 from cordicc.arith.numbers.slack import Rows, Slack, rows_for
 from cordicc.base.arrays import Bools, Int64s
 
@@ -35,12 +36,13 @@ class Near(NamedTuple):
 
     def thresholds(self, m: int, target: Int64s, fraction_bits: int, kept: Bools | bool) -> NearEnd:
         """Return the thresholds of a kernel for targets in places; `NEVER` where a sample is kept from it."""
-        sixteenths = np.minimum(np.abs(target) >> (fraction_bits - 4), SIXTEENTHS)
+        size = np.abs(target)
         if m > 0:
-            width = self.rise * (sixteenths >= UPPER) + self.room
+            width = self.rise * is_upper(size, fraction_bits) + self.room
         else:
-            width = (self.rise * _ROOTS[sixteenths] + (ROOT_SCALE - 1)) // ROOT_SCALE + self.room
-        return NearEnd(np.where(kept, NEVER, self.height), width | (SHARES - 1))
+            root = _ROOTS[np.minimum(sixteenths(size, fraction_bits), SIXTEENTHS)]
+            width = risen(self.rise, root) + self.room
+        return NearEnd(np.where(kept, NEVER, self.height), as_limit(width))
 
 
 _ROOTS = np.array(ROOTS, dtype=np.int64)

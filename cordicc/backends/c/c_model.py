@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from cordicc.arith.kernels.end_of_reach import ROOT_SCALE, ROOTS
 from cordicc.arith.kernels.reduction import LN2_BITS, QuarterTurns
-from cordicc.arith.kernels.shift_sequences import SHARES, ln2_fixed
+from cordicc.arith.kernels.shift_sequences import ln2_fixed
+from cordicc.arith.kernels.thresholds import ROOT_BITS, ROOT_SCALE, ROOTS, SHARE_BITS
 from cordicc.arith.numbers.fixed_system import FixedSystem
 from cordicc.arith.numbers.floating import SingleSystem
 from cordicc.arith.numbers.formats import NumberFormat
@@ -84,8 +84,8 @@ class _ModelTexts:
             "ln2": (ln2_fixed(LN2_BITS), LN2_BITS),
             "roots": ROOTS,
             "root_scale": ROOT_SCALE,
-            "root_scale_bits": ROOT_SCALE.bit_length() - 1,
-            "share_bits": SHARES.bit_length() - 1,
+            "root_scale_bits": ROOT_BITS,
+            "share_bits": SHARE_BITS,
             "phase": phase,
             "quarters": list(self.quarters),
             "most_quarters": max((len(table.thresholds) for table in self.quarters), default=0) or 1,

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cordicc.arith.kernels.end_of_reach import UPPER
 from cordicc.arith.kernels.micro_rotations import NEVER, limbs
 from cordicc.arith.kernels.reduction import (
     PHASE_EXPONENTS,
@@ -14,9 +13,11 @@ from cordicc.arith.kernels.reduction import (
     TAU_BITS,
     phase_constants,
 )
-from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, SHARES, StepTable, inverse_ln2_fixed, pi_fixed
+from cordicc.arith.kernels.shift_sequences import FACTOR_BITS, StepTable, inverse_ln2_fixed, pi_fixed
+from cordicc.arith.kernels.thresholds import SHARE_BITS, UPPER
 from cordicc.arith.numbers.slack import Slack
-from cordicc.arith.unit.cau import Cau, implicit_steps, implicit_table, standard_table
+from cordicc.arith.unit.cau import Cau, implicit_table
+from cordicc.arith.unit.unit_integers import iterations
 from cordicc.backends.c.c_sections import int64
 from cordicc.targets.target import SYSTEMS
 
@@ -92,10 +93,6 @@ class Steps:
 
 def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
     """Return what the template of a unit's functions needs."""
-    tables = {name: standard_table(cau, m) for m, name in SYSTEMS.items()}
-    if cau.rule is not None:
-        for m in (1, -1):
-            tables[f"implicit_{SYSTEMS[m]}"] = implicit_steps(cau, m)
     quarter = pi_fixed(TAU_BITS + 1)
     return {
         "u": prefix,
@@ -103,10 +100,10 @@ def unit_context(cau: Cau, prefix: str) -> dict[str, Any]:
         "F": cau.fraction_bits,
         "A": cau.angle_bits,
         "OB": cau.operand_bits,
-        "steps": {name: Steps(table) for name, table in tables.items()},
+        "steps": {name.replace("-", "_"): Steps(table) for name, table in iterations(cau).items()},
         "never": NEVER,
         "upper": UPPER,
-        "share_bits": SHARES.bit_length() - 1,
+        "share_bits": SHARE_BITS,
         "pi": pi_fixed(cau.angle_bits),
         "to_16_bits": _to_16_bits("angle", cau.angle_bits),
         "inverse_ln2": inverse_ln2_fixed(30),
