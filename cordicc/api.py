@@ -16,6 +16,7 @@ from cordicc.backends.labels import headline
 from cordicc.backends.pictures import raster
 from cordicc.backends.pictures.diagram import PAGE_WIDTH
 from cordicc.backends.report.page import fragment
+from cordicc.backends.rtl.reset_style import RESETS, USUAL_RESET
 from cordicc.base.diagnostics import Diagnostic, InvalidInput
 from cordicc.base.files import read_text, write_file
 from cordicc.emulate import checking
@@ -140,22 +141,27 @@ class RunnablePlan(Plan):
         """Return the page `report.html`."""
         return artefacts.report_page(self)
 
-    def emit(self, name: str, samples: int | None = None) -> dict[str, str]:
+    def emit(self, name: str, samples: int | None = None, reset: str = USUAL_RESET.port) -> dict[str, str]:
         """Return the texts of one of `cordicc.artefacts.ARTEFACTS` by file name, `c` for example.
 
         Args:
             name: of the artefact.
             samples: of `verilog` and `verilog-vectors`, how many samples are drawn at random; None: 500.
+            reset: of `verilog`, the port by which a core is reset: `rst`, `rst_n`, `arst` or `arst_n`.
 
         Raises:
-            InvalidInput: an unknown name (E653).
+            InvalidInput: an unknown name (E653) or reset (E656).
             Unattainable: it has no form for this plan.
         """
         if name not in artefacts.ARTEFACTS:
             message = f"there is no artefact '{name}': {', '.join(artefacts.ARTEFACTS)}"
             raise InvalidInput([Diagnostic("E653", message)])
         made = artefacts.ARTEFACTS[name]
-        return dict(made.emit(self, *([samples] if made.samples and samples is not None else [])))
+        if reset not in RESETS:
+            message = f"there is no reset '{reset}': {', '.join(RESETS)}"
+            raise InvalidInput([Diagnostic("E656", message)])
+        counts = [samples] if made.samples and samples is not None else []
+        return dict(made.emit(self, *counts, reset=RESETS[reset]))
 
     def __repr__(self) -> str:
         """Return name and key figures on one line."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cordicc.backends.report.page import Explored
+    from cordicc.backends.rtl.reset_style import ResetStyle
     from cordicc.plan.model import Plan
 
 
@@ -35,7 +36,7 @@ class Artefact:
     file, or where `file` is None the texts by name; `cordicc.base.seals` knows how each is marked.  That of a
     picture also takes the width in pixels of the rows into which it may fold what it shows; None: a single
     row.  If the artefact has `samples` the emitter also takes what runs the plan, and may be told of how many
-    samples drawn at random it does.
+    samples drawn at random it does.  If it has a `reset` it may be told of which style that is.
     """
 
     name: str
@@ -44,14 +45,20 @@ class Artefact:
     written: Written
     emitter: str
     samples: bool = False
+    reset: bool = False
 
     @property
     def is_picture(self) -> bool:
         """Whether it is a view of the plan, to be drawn by itself."""
         return self.file is not None and self.file.endswith(".svg")
 
-    def emit(self, plan: Plan, *options: Any) -> Mapping[str, str]:
+    def emit(self, plan: Plan, *options: Any, reset: ResetStyle | None = None) -> Mapping[str, str]:
         """Return its texts by the names of the files.
+
+        Args:
+            plan: what is written.
+            options: of its emitter.
+            reset: the style of its reset if it has one; None: the usual one.
 
         Raises:
             Unattainable: it has no form for the plan.
@@ -59,11 +66,12 @@ class Artefact:
         from cordicc.base.seals import sealed
 
         module, _, function = self.emitter.partition(":")
+        named = {"reset": reset} if self.reset and reset is not None else {}
         if self.samples:
             from cordicc.emulate import functional
 
             options = (partial(functional.run, plan, plan.arithmetic), *options)
-        made = getattr(import_module(f"cordicc.{module}"), function)(plan, *options)
+        made = getattr(import_module(f"cordicc.{module}"), function)(plan, *options, **named)
         texts = made if self.file is None else {self.file: made}
         return {name: sealed(name, text) for name, text in texts.items()}
 
@@ -80,7 +88,9 @@ ARTEFACTS = {each.name: each for each in (
     Artefact("graph", "graph.svg", "operations by dependence", _IF_DRAWN, f"{_PICTURES}.graph_view:render"),
     Artefact("script", "simulate.py", "a script that runs it", _ALWAYS, "backends.script:render"),
     Artefact("c", None, "a bit-accurate C99 model with its header", _IF_ASKED, "backends.c.c_model:files"),
-    Artefact("verilog", None, "Verilog with a bench, in rtl/", _IF_ASKED, "backends.rtl.package:files", True),
+    Artefact(
+        "verilog", None, "Verilog with a bench, in rtl/", _IF_ASKED, "backends.rtl.package:files", True, True,
+    ),
     Artefact(
         "verilog-vectors", None, "samples as integers, for a bench of yours", _IF_ASKED,
         "backends.rtl.sample_vectors:files", True,
@@ -102,11 +112,15 @@ VIEWS = tuple(name for name, each in ARTEFACTS.items() if each.is_picture)
 
 
 def artefacts(
-    plan: Plan, more: Iterable[str] = (), samples: Mapping[str, int] | None = None
+    plan: Plan,
+    more: Iterable[str] = (),
+    samples: Mapping[str, int] | None = None,
+    reset: ResetStyle | None = None,
 ) -> dict[str, str]:
     """Return the files of an output folder by name: what is always written, and `more` of `ARTEFACTS`.
 
-    `samples` tells of those which have samples how many are drawn, by name, if not as many as usual.
+    `samples` tells of those which have samples how many are drawn, by name, if not as many as usual, and
+    `reset` those which have one how they are reset.
 
     Raises:
         Unattainable: one of them has no form for the plan.
@@ -115,7 +129,8 @@ def artefacts(
     files: dict[str, str] = {}
     for name, each in ARTEFACTS.items():
         if each.written is Written.ALWAYS or name in asked:
-            files |= each.emit(plan, *([samples[name]] if samples and name in samples else []))
+            counts = [samples[name]] if samples and name in samples else []
+            files |= each.emit(plan, *counts, reset=reset)
     return files
 
 

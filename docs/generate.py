@@ -153,10 +153,11 @@ target. What a CORDIC unit does in between, from the integers under `cordic`, st
   source in `units[].inputs`.
 - **FIFOs** take a word in the slot in which their input is there, one each interval, and hold `depth` of
   them (`fifos`).
-- **Ports and handshake** of the Verilog: `clk`, `rst` (synchronous; valid bits, slots and addresses of RAM
-  alone), `ce`, `in_valid`, at an interval above 1 `in_ready`, the inputs in the order of `problem.inputs`;
-  `out_valid`, `out_ok`, and the outputs in the order of `problem.outputs`, `latency.cycles` after the
-  inputs. Names that are words of Verilog have an underscore behind them.
+- **Ports and handshake** of the Verilog: `clk`, `rst` (synchronous; `--reset` names another: `rst_n`,
+  `arst` or `arst_n`; it resets valid bits, slots and addresses of RAM alone), `ce`, `in_valid`, at an
+  interval above 1 `in_ready`, low in reset, the inputs in the order of `problem.inputs`; `out_valid`,
+  `out_ok`, and the outputs in the order of `problem.outputs`, `latency.cycles` after the inputs. Names that
+  are words of Verilog have an underscore behind them.
 """
 
 

@@ -14,8 +14,8 @@ _MARKUP, _HASH, _SLASHES, _STARS = ("<!-- ", " -->"), ("# ", ""), ("// ", ""), (
 _COMMENTS = {
     ".c": _STARS, ".h": _STARS, ".css": _STARS,
     ".html": _MARKUP, ".md": _MARKUP, ".svg": _MARKUP, ".xml": _MARKUP,
-    ".core": _HASH, ".lpf": _HASH, ".mk": _HASH, ".pcf": _HASH, ".py": _HASH, ".sdc": _HASH, ".sh": _HASH,
-    ".tcl": _HASH, ".toml": _HASH, ".xdc": _HASH, ".yaml": _HASH, ".yml": _HASH, ".ys": _HASH,
+    ".core": _HASH, ".lpf": _HASH, ".mk": _HASH, ".pcf": _HASH, ".py": _HASH, ".sby": _HASH, ".sdc": _HASH,
+    ".sh": _HASH, ".tcl": _HASH, ".toml": _HASH, ".xdc": _HASH, ".yaml": _HASH, ".yml": _HASH, ".ys": _HASH,
     "Makefile": _HASH,
     ".cpp": _SLASHES, ".hex": _SLASHES, ".mem": _SLASHES, ".sv": _SLASHES, ".svh": _SLASHES, ".v": _SLASHES,
     ".vh": _SLASHES,

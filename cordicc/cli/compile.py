@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cordicc.artefacts import ALWAYS_WRITTEN, ON_REQUEST
+from cordicc.backends.rtl.reset_style import RESETS, USUAL_RESET
 from cordicc.cli.arguments import (
     COPIES,
     NOT_NEGATIVE,
@@ -101,6 +102,11 @@ def _shown(names: Iterable[str]) -> list[str]:
     help=f"Write more: {_MORE}.  Those with samples take a count, as 'verilog-vectors 5000' or "
     "'verilog=5000'.",
 )
+@click.option(
+    "--reset",
+    type=click.Choice(list(RESETS)),
+    help="The port by which '--emit verilog' is reset: 'a' asynchronous, '_n' active low.  [default: rst]",
+)
 @click.option("--print-after", metavar="PASS", help="Print the operation graph after a pass, or after 'all'.")
 @click.option(
     "--certify/--no-certify",
@@ -127,6 +133,7 @@ def command(
     effort: float,
     time_limit: float | None,
     emit: tuple[tuple[str, int | None], ...],
+    reset: str | None,
     print_after: str | None,
     certify: bool | None,
     explain: bool,
@@ -161,6 +168,8 @@ def command(
 
     if rate is not None and ii is not None:
         raise click.UsageError("--ii and --rate exclude each other")
+    if reset is not None and not any(ON_REQUEST[name].reset for name, _ in emit):
+        raise click.UsageError("--reset goes with --emit verilog")
     asked = Asked(width, clock)
     interval = ii or 1 if rate is None else interval_for(load_target(target, asked=asked), rate)
     limits = Limits(minimize, interval, max_processors, max_latency, Effort(seconds=time_limit))
@@ -175,7 +184,7 @@ def command(
     plan = compiled.plan
     folder = output if output is not None else Path("build") / plan.name
     counts = {name: count for name, count in emit if count is not None}
-    files = artefacts(plan, (name for name, _ in emit), counts)
+    files = artefacts(plan, (name for name, _ in emit), counts, RESETS[reset or USUAL_RESET.port])
     write_results(folder, files, force=force)
     if explain:
         say(explanation_text(plan), err=as_json)

@@ -16,6 +16,9 @@ TEXTS = {"reach": REACH, "sums": SUMS}
 FAULTS = {
     "latency": ("small_tb.v", "localparam LATENCY = ", "localparam LATENCY = 1 + "),
     "clock enable": ("small_core.v", "end else if (ce) begin", "end else begin"),
+    "reset of the core": ("small_core.v", "valid <= ", "valid <= valid | "),
+    "ready in reset": ("small_axis.v", "open <= 1'b0", "open <= 1'b1"),
+    "reset of the stream": ("small_axis.v", "level <= 6'd0;", ""),
     "range": ("small_core.v", "wire x_ok_ok = (", "wire x_ok_ok = 1'b1 || ("),
     "address of RAM": ("small_core.v", "        f1_ <= f1_ram[", "        f1_ <= f1_ram[1 + "),
     "one credit too many": ("small_axis.v", "credits <= DEPTH;", "credits <= DEPTH + 1;"),
@@ -24,6 +27,8 @@ FAULTS = {
     "tlast": ("small_axis.v", "m_axis_tlast = read_last", "m_axis_tlast = 1'b0"),
     "field": ("small_axis.v", "shown[23:0]", "shown[24:1]"),
 }
+
+ASYNCHRONOUS = {"core": " or posedge arst", "axis": " or negedge aresetn"}
 
 
 def plan_of(folder: Path, text: str, interval: int = 1) -> cordicc.Plan:
@@ -63,6 +68,34 @@ def test_the_bench_tells_faults(fault: str, sums: Path, tmp_path: Path) -> None:
     assert "FAIL" in end.stdout
     assert "PASS" not in end.stdout
     assert end.returncode != 0
+
+
+@needs("iverilog", "verilator")
+@pytest.mark.parametrize(
+    ("reset", "interval"),
+    quick([(r, i) for r in ("rst_n", "arst", "arst_n") for i in (1, 3)], ("arst_n", 3), ("rst_n", 1)),
+)
+def test_every_style_of_reset(reset: str, interval: int, tmp_path: Path) -> None:
+    folder = written(plan_of(tmp_path, SUMS, interval), tmp_path, 20, reset)
+    end = made(folder, "sim")
+    assert (end.stdout.startswith("PASS"), end.returncode) == (True, 0), end.stdout
+    end = made(folder, "lint")
+    assert (end.returncode, end.stdout, end.stderr) == (0, "", "")
+
+
+@needs("iverilog")
+@pytest.mark.parametrize("file", ["core", "axis"])
+def test_a_reset_that_waits_for_the_clock_is_not_asynchronous(file: str, tmp_path: Path) -> None:
+    folder = written(plan_of(tmp_path, SUMS), tmp_path, 20, "arst")
+    changed(folder, f"small_{file}.v", ASYNCHRONOUS[file], "")
+    assert "FAIL reset" in made(folder, "sim").stdout
+
+
+@needs("verilator")
+@pytest.mark.exhaustive(reason="Verilator compiles for half a minute")
+def test_asynchronous_reset_under_verilator(tmp_path: Path) -> None:
+    end = made(written(plan_of(tmp_path, SUMS, 3), tmp_path, 500, "arst_n"), "verilate")
+    assert (end.stdout.startswith("PASS"), end.returncode) == (True, 0), end.stdout + end.stderr
 
 
 @needs("verilator")

@@ -11,7 +11,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import cordicc
-from cordicc.base.diagnostics import Unattainable
+from cordicc.base.diagnostics import InvalidInput, Unattainable
 from tests.support.command_line import run
 from tests.support.hardware import REACH, SUMS
 from tests.support.paths import EXAMPLES
@@ -34,7 +34,8 @@ def files(reach: cordicc.Plan) -> dict[str, str]:
 
 
 def test_the_files(files: dict[str, str]) -> None:
-    rest = ["Makefile", "README.md", "reach.core", "reach.sdc"]
+    rest = ["Makefile", "README.md", "reach.core", "reach.sdc", "formal/prepare.ys"]
+    rest += ["formal/reach_axis.sby", "formal/reach_axis_properties.v", "formal/reach_axis_proof.v"]
     rest += ["reach_axis.v", "reach_core.v", "reach_tb.v", "vectors/reach_in.hex", "vectors/reach_out.hex"]
     units = [name for name in files if name.removeprefix("rtl/") not in rest]
     assert {f"rtl/{name}" for name in rest} < set(files)
@@ -98,7 +99,8 @@ def test_the_core_file_for_fusesoc_names_the_files(files: dict[str, str]) -> Non
         n if isinstance(n, str) else next(iter(n)) for s in core["filesets"].values() for n in s["files"]
     ]
     assert all(f"rtl/{name}" in files for name in named)
-    assert {n for n in files if n.endswith((".v", ".hex", ".sdc"))} == {f"rtl/{name}" for name in named}
+    shipped = {n for n in files if n.endswith((".v", ".hex", ".sdc")) and "formal/" not in n}
+    assert shipped == {f"rtl/{name}" for name in named}
 
 
 def test_the_table_of_ports(files: dict[str, str], reach: cordicc.Plan) -> None:
@@ -171,6 +173,36 @@ def test_an_operation_without_a_circuit_is_named(tmp_path: Path) -> None:
     text = "inputs: {x: [0, 1000]}\nequations:\n  - c = cos(x)\n"
     with pytest.raises(Unattainable, match=r"E421.*rotat.*for c.*many turns"):
         plan_of(tmp_path, text).emit("verilog")
+
+
+def test_the_reset_on_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "p.yaml").write_text(
+        "inputs: {arst_n: [0, 1]}\nequations:\n  - y = arst_n + 1\n", encoding="utf-8"
+    )
+    out = tmp_path / "out"
+    arguments = ["compile", tmp_path / "p.yaml", "--target", "fixed24", "--reset", "arst_n", "-o", out]
+    end = run(*arguments)
+    assert (end.exit_code, "--emit verilog" in end.stderr) == (2, True)
+    assert run(*arguments, "--emit", "verilog=5").exit_code == 0
+    core = (out / "rtl/p_core.v").read_text(encoding="utf-8")
+    assert "--emit verilog --reset arst_n\n" in core
+    assert "input  wire arst_n, " in core
+    assert "signed [23:0] arst_n_," in core
+    assert "always @(posedge clk or negedge arst_n)\n        if (!arst_n)" in core
+
+
+def test_a_reset_that_there_is_not(reach: cordicc.Plan) -> None:
+    with pytest.raises(InvalidInput, match=r"E656.*'reset_n'.*arst_n"):
+        reach.emit("verilog", 1, "reset_n")
+
+
+def test_operands_of_products_have_their_own_widths(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, "inputs: {x: [-1, 1], y: [0, 2]}\nequations:\n  - z = x*y\n")
+    product = re.search(
+        r"^ *wire signed \[47:0\] \w+ = (.*);", plan.emit("verilog", 1)["rtl/problem_mul1.v"], re.MULTILINE
+    )
+    assert product is not None
+    assert re.fullmatch(r"\w+ \* \w+", product[1])
 
 
 @pytest.mark.parametrize("form", [("--emit", "verilog-vectors", "70"), ("--emit", "verilog-vectors=70")])

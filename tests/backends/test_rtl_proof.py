@@ -1,16 +1,15 @@
 """The stream around a core, proven by induction: none lost, none doubled, the payload stable, whatever waits.
 
-In place of the core stands a shift register of its latency that takes whatever comes, so that the proof is of
-the wrapper as it is generated, for every payload and every behaviour of both sides.
+The proof is that of the package, `make formal`: of the wrapper and of the valid bits of the core as they are
+generated, for any words that leave the core and every behaviour of both sides.
 """
 
-import re
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.support.hardware import needs
+from tests.support.hardware import changed, made, needs, written
 from tests.support.plans import compiled
 from tests.support.selection import quick
 
@@ -27,81 +26,47 @@ FAULTS = {
     "a credit lost": ("if (taken && !accepted) credits", "if (taken && !accepted && made) credits"),
 }
 
-CORE = """
-module problem_core(
-    input clk, input rst, input ce, input in_valid, input signed [23:0] x,
-    output out_valid, output out_ok, output signed [23:0] y, output [3:0] inside
-);
-    reg [LATENCY-1:0] valid, payload;
-    always @(posedge clk) if (rst) valid <= 0; else if (ce) valid <= {valid, in_valid};
-    always @(posedge clk) if (ce) payload <= {payload, x[0]};
-    assign out_valid = valid[LATENCY-1];
-    assign out_ok = payload[LATENCY-1];
-    assign y = {24{payload[LATENCY-1]}};
-    assign inside = COUNT;
-endmodule
-"""
-PROPERTIES = """
-    reg started, waited;
-    reg [25:0] payload;
-    initial begin started = 0; waited = 0; end
-    always @(posedge aclk) begin
-        if (!aresetn) started <= 1;
-        waited <= started && aresetn && m_axis_tvalid && !m_axis_tready;
-        payload <= {m_axis_tlast, m_axis_tuser, m_axis_tdata};
-    end
-    always @* if (started) begin
-        // Every place is free, or of a sample in the core, or of one in the FIFO.
-        assert({4'd0, credits} + level + inside == DEPTH);
-        assert(head <= LAST && tail <= LAST && entry <= LAST);
-        assert(({4'd0, head} + level) % PLACES == tail);
-        assert(({4'd0, tail} + inside) % PLACES == entry);
-        // What is shown is the oldest word with its own tlast.
-        assert(level == 0 || shown == words[head]);
-        assert(level + inside == 0 || read_last == lasts[head]);
-        // It stays until it is taken.
-        if (waited) assert(m_axis_tvalid && payload == {m_axis_tlast, m_axis_tuser, m_axis_tdata});
-        if (waited) assert(payload == {lasts[head], shown});
-    end
-endmodule
-"""
 
-
-def proven(folder: Path, problem: str, change: tuple[str, str] | None = None) -> bool:
-    """Tell whether yosys proves the wrapper of a problem, with a change if there is one."""
+def package(folder: Path, problem: str, interval: int = 1, reset: str = "rst") -> Path:
     (folder / "problem.yaml").write_text(problem, encoding="utf-8")
-    plan = compiled(folder / "problem.yaml", target="fixed24", certify=False, effort=0.05)
-    text = plan.emit("verilog", 1)["rtl/problem_axis.v"]
-    if change is not None:
-        assert text.count(change[0]) == 1
-        text = text.replace(*change)
-    places = re.search(r"DEPTH = \d+'d(\d+)", text)
-    assert places is not None
-    latency = plan.latency_cycles
-    core = CORE.replace("LATENCY", str(latency))
-    core = core.replace("COUNT", " + ".join(f"valid[{at}]" for at in range(latency)))
-    text = text.replace(".out_valid(made)", ".inside(inside), .out_valid(made)")
-    text = text.replace("    wire made;", "    wire made;\n    wire [3:0] inside;")
-    text = text.replace("endmodule", PROPERTIES.replace("PLACES", places[1]), 1)
-    (folder / "proof.v").write_text(core + text, encoding="utf-8")
-    script = (
-        "read_verilog -formal proof.v; hierarchy -check -top problem_axis; proc; flatten; opt; "
-        "memory -nomap; memory_map; opt; sat -verify -prove-asserts -tempinduct -maxsteps 4"
-    )
-    end = subprocess.run(
-        ["yosys", "-q", "-p", script], cwd=folder, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert end.returncode == 0 or "proof did fail" in end.stdout + end.stderr, end.stderr
+    plan = compiled(folder / "problem.yaml", target="fixed24", ii=interval, certify=False, effort=0.05)
+    return written(plan, folder, 1, reset)
+
+
+def proven(folder: Path) -> bool:
+    """Tell whether yosys proves the wrapper of a package."""
+    end = made(folder, "formal")
+    assert "PROVEN" in end.stdout or "proof did fail" in end.stdout + end.stderr, end.stdout + end.stderr
     return end.returncode == 0
 
 
 @needs("yosys")
 @pytest.mark.parametrize("problem", quick(PROBLEMS, "sum"))
-def test_the_stream_keeps_every_sample(problem: str, tmp_path: Path) -> None:
-    assert proven(tmp_path, PROBLEMS[problem])
+@pytest.mark.parametrize(("interval", "reset"), quick([(1, "rst"), (2, "arst_n"), (3, "rst")], (2, "arst_n")))
+def test_the_stream_keeps_every_sample(problem: str, interval: int, reset: str, tmp_path: Path) -> None:
+    assert proven(package(tmp_path, PROBLEMS[problem], interval, reset))
 
 
 @needs("yosys")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_not_proven(fault: str, tmp_path: Path) -> None:
-    assert not proven(tmp_path, PROBLEMS["sum"], FAULTS[fault])
+    folder = package(tmp_path, PROBLEMS["sum"])
+    changed(folder, "problem_axis.v", *FAULTS[fault])
+    assert not proven(folder)
+
+
+@needs("yosys")
+@pytest.mark.parametrize("interval", [1, 3])
+def test_the_valid_bits_of_the_core_are_in_the_proof(interval: int, tmp_path: Path) -> None:
+    folder = package(tmp_path, PROBLEMS["both"], interval)
+    changed(folder, "problem_core.v", ", in_valid}", ", 1'b1}")
+    assert not proven(folder)
+
+
+@needs("yosys", "sby")
+def test_symbiyosys_proves_it_too(tmp_path: Path) -> None:
+    folder = package(tmp_path, PROBLEMS["sum"])
+    end = subprocess.run(
+        ["sby", "-f", "formal/problem_axis.sby"], cwd=folder, capture_output=True, text=True, timeout=600
+    )
+    assert end.returncode == 0, end.stdout + end.stderr

@@ -41,9 +41,9 @@ def needs(*programs: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(bool(missing), reason=reason)
 
 
-def written(plan: cordicc.Plan, folder: Path, samples: int | None = None) -> Path:
+def written(plan: cordicc.Plan, folder: Path, samples: int | None = None, reset: str = "rst") -> Path:
     """Write the Verilog of a plan below a folder; return `rtl/`."""
-    for name, text in plan.emit("verilog", samples).items():
+    for name, text in plan.emit("verilog", samples, reset).items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")

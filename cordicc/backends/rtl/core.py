@@ -18,6 +18,7 @@ from cordicc.backends.labels import constant
 from cordicc.backends.rtl.delay_lines import Delay, delay_text, places
 from cordicc.backends.rtl.module_text import literal, signed_literal
 from cordicc.backends.rtl.names import comment, stem
+from cordicc.backends.rtl.reset_style import USUAL_RESET, ResetStyle
 from cordicc.backends.rtl.unit_modules import UnitModules
 from cordicc.backends.rtl.wires import Wires
 from cordicc.backends.rtl.word_ports import Ports, PortWord, WordFormats
@@ -40,6 +41,9 @@ class Core:
         outputs: the same of what leaves.
         interval: cycles from sample to sample.
         latency: cycles from a sample's words to its outputs.
+        reset: its style.
+        valid: the name of the register that tells where samples are.
+        slot: that of the ring of slots.
     """
 
     name: str
@@ -52,15 +56,18 @@ class Core:
     outputs: tuple[PortWord, ...]
     interval: int
     latency: int
+    reset: ResetStyle
+    valid: str
+    slot: str
 
 
-def core_of(plan: Plan, header: Sequence[str]) -> Core:
+def core_of(plan: Plan, header: Sequence[str], reset: ResetStyle = USUAL_RESET) -> Core:
     """Return the core of a plan, with lines above its text.
 
     Raises:
         NoCircuitError: an operation has no circuit.
     """
-    made = _Core(plan)
+    made = _Core(plan, reset)
     lines = [*(f"// {line}".rstrip() for line in header), *made.lines()]
     return Core(
         made.name,
@@ -73,12 +80,15 @@ def core_of(plan: Plan, header: Sequence[str]) -> Core:
         made.ports.outputs,
         plan.initiation_interval,
         plan.latency_cycles,
+        reset,
+        *made.control,
     )
 
 
 class _Core:
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, reset: ResetStyle) -> None:
         self._plan = plan
+        self._reset = reset
         self._netlist = Netlist.of(plan)
         self._interval = plan.initiation_interval
         self._words = WordFormats(plan)
@@ -94,6 +104,7 @@ class _Core:
         circuits = {id: self.modules.circuits[module] for id, module in self.units.items()}
         self._wires = Wires(plan, self._netlist, self.ports, circuits)
         self._places = places(plan.fifos)
+        self.control = (self._wires.name("", "valid"), self._wires.name("", "slot"))
 
     def lines(self) -> Iterator[str]:
         yield "`default_nettype none"
@@ -126,7 +137,7 @@ class _Core:
         """Yield the ports, in columns."""
         rows = [
             ("input  wire", "clk", ""),
-            ("input  wire", "rst", "synchronous"),
+            ("input  wire", self._reset.port, self._reset.about),
             ("input  wire", "ce", "clock enable of everything but the reset"),
             ("input  wire", "in_valid", "a sample is there"),
         ]
@@ -147,15 +158,16 @@ class _Core:
         """Yield the registers that are reset: valid bits, the ring of slots, and where RAM is written."""
         interval, depth = self._interval, self._netlist.valid_depth
         name = self._wires.name
-        valid, slot = name("", "valid"), name("", "slot")
+        valid, slot = self.control
         resets, steps, each_sample = [], [], []
         yield ""
         if interval > 1:
-            yield "    // One-hot: one slot after the other; samples enter in slot 0."
+            yield "    // One-hot: one slot after the other; samples enter in slot 0.  It is the last in"
+            yield "    // reset, so that in_ready is low."
             yield f"    reg [{interval - 1}:0] {slot};"
             yield f"    assign in_ready = {slot}[0];"
             yield ""
-            resets.append(f"{slot} <= {literal(1, interval)};")
+            resets.append(f"{slot} <= {literal(1 << (interval - 1), interval)};")
             steps.append(f"{slot} <= {{{slot}[{interval - 2}:0], {slot}[{interval - 1}]}};")
         if depth:
             yield "    // Whether a sample is in a place of the pipeline."
@@ -180,7 +192,7 @@ class _Core:
             resets.append(f"{register} <= {first};")
             each_sample.append(f"{register} <= {following};")
         if resets:
-            yield from _reset_block(resets, steps, each_sample, self._slot(0))
+            yield from _reset_block(self._reset, resets, steps, each_sample, self._slot(0))
 
     def _slot(self, cycle: int) -> str:
         """Return the bit of the slot of a cycle, nothing where every cycle is alike."""
@@ -361,11 +373,11 @@ def _port(port: PortWord) -> tuple[str, str]:
 
 
 def _reset_block(
-    resets: Sequence[str], steps: Sequence[str], each_sample: Sequence[str], slot: str
+    reset: ResetStyle, resets: Sequence[str], steps: Sequence[str], each_sample: Sequence[str], slot: str
 ) -> Iterator[str]:
     yield "    // All that is reset: words are not, as they count where a valid bit says so."
-    yield "    always @(posedge clk)"
-    yield "        if (rst) begin"
+    yield f"    always @({reset.edges})"
+    yield f"        if ({reset.active}) begin"
     yield from (f"            {line}" for line in resets)
     yield "        end else if (ce) begin"
     yield from (f"            {line}" for line in steps)

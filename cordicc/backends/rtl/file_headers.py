@@ -6,6 +6,7 @@ from hashlib import sha256
 
 from cordicc import __version__
 from cordicc.backends.rtl.names import comment
+from cordicc.backends.rtl.reset_style import USUAL_RESET, ResetStyle
 from cordicc.plan.file import dump
 from cordicc.plan.model import Plan
 
@@ -15,18 +16,18 @@ LICENCE = "CC0-1.0"
 _DEFAULTS = {"units": "auto", "minimize": "processors", "ii": 1, "effort": None, "copies": 1}
 
 
-def file_header(plan: Plan, about: str) -> list[str]:
+def file_header(plan: Plan, about: str, reset: ResetStyle) -> list[str]:
     """Return the lines of a header, without the mark of a comment."""
     return [
         comment(f"{plan.name}: {about}"),
-        comment(f"Made by cordicc {__version__}: {command_line(plan)}"),
+        comment(f"Made by cordicc {__version__}: {command_line(plan, reset)}"),
         f"SHA-256 of plan.json: {sha256(dump(plan).encode()).hexdigest()}",
         f"SPDX-License-Identifier: {LICENCE}",
     ]
 
 
-def command_line(plan: Plan) -> str:
-    """Return the command that makes a plan, without folders."""
+def command_line(plan: Plan, reset: ResetStyle) -> str:
+    """Return the command that makes the Verilog of a plan, without folders."""
     options = plan.options
     words = ["cordicc compile", options.file or f"{plan.name}.yaml", f"--target {plan.target.name}"]
     for name, usual in _DEFAULTS.items():
@@ -39,4 +40,7 @@ def command_line(plan: Plan) -> str:
         words.append(f"--max-latency {options.max_latency}")
     if options.certify is not None:
         words.append("--certify" if options.certify else "--no-certify")
-    return " ".join([*words, "--emit verilog"])
+    words.append("--emit verilog")
+    if reset != USUAL_RESET:
+        words.append(f"--reset {reset.port}")
+    return " ".join(words)

@@ -1,6 +1,7 @@
 """A circuit as the text of a Verilog-2005 module.
 
-Every operand is brought to the width of its expression in the text, so that no tool has to widen or cut one.
+Every operand is brought to the width of its expression in the text, so that no tool has to widen or cut one;
+those of products are not, so that no tool takes multipliers for their signs.
 Nothing is reset: registers hold data alone, and what is valid travels beside it.
 """
 
@@ -226,6 +227,14 @@ class _Module:
             return name
         return f"{name}[{high}]" if low == high else f"{name}[{high}:{low}]"
 
+    def factor(self, number: int, product: Gate) -> str:
+        """Return an operand of a product: no wider than its own, but signed as the product is."""
+        cell = self._cells[number]
+        if not product.signed:
+            return self._whole(number, product.width if cell.signed else min(cell.width, product.width))
+        text = self._whole(number, min(cell.width + (not cell.signed), product.width))
+        return text if cell.signed and text == self._taken[number] else f"$signed({text})"
+
     def whole(self, number: int, width: int) -> str:
         return self._whole(number, width)
 
@@ -302,10 +311,8 @@ def _negif(module: _Module, cell: Gate) -> str:
 
 
 def _product(module: _Module, cell: Gate) -> str:
-    a, b = (module.whole(each, cell.width) for each in cell.operands)
-    if cell.signed:
-        return f"$signed({a}) * $signed({b})"
-    return f"{a} * {b}"
+    """Return a product of operands in widths of their own, which tell tools what multipliers to take."""
+    return " * ".join(module.factor(each, cell) for each in cell.operands)
 
 
 def _left(module: _Module, cell: Gate) -> str:

@@ -22,7 +22,7 @@ _RESERVED = """
     matches modport new nexttime null package packed priority program property protected pure rand randc
     ref restrict return sequence shortint shortreal solve static string strong struct super tagged this
     throughout timeprecision timeunit type typedef union unique var virtual void weak with within
-    clk ce rst slot in_valid in_ready out_valid out_ok"""
+    clk ce rst rst_n arst arst_n slot in_valid in_ready out_valid out_ok"""
 _KEYWORDS = frozenset(_RESERVED.split())
 """Of Verilog and of SystemVerilog, and the ports that every core has."""
 

@@ -17,29 +17,34 @@ from cordicc.backends.rtl.file_headers import file_header
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.rtl.names import comment
 from cordicc.backends.rtl.port_table import port_table
+from cordicc.backends.rtl.reset_style import USUAL_RESET, ResetStyle
 from cordicc.backends.rtl.stream_fields import stream_texts
+from cordicc.backends.rtl.stream_proof import proof_texts
 from cordicc.backends.rtl.word_ports import Ports
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Plan
 
 
-def files(plan: Plan, run: Run, count: int = DEFAULT_COUNT) -> dict[str, str]:
+def files(
+    plan: Plan, run: Run, count: int = DEFAULT_COUNT, reset: ResetStyle = USUAL_RESET
+) -> dict[str, str]:
     """Return the texts of the folder by name, `rtl/` before each.
 
     Args:
         plan: what is written.
         run: runs the plan, for the vectors of the bench.
         count: samples of the bench that are drawn at random.
+        reset: its style.
 
     Raises:
         Unattainable: the plan cannot be written in Verilog (E421).
     """
-    package = _Package(plan, core_in_verilog(plan))
+    package = _Package(plan, core_in_verilog(plan, reset))
     words = bench_words(Ports.of(plan), plan.problem.workspace, count, run)
     return {f"rtl/{name}": text for name, text in package.files(words).items()}
 
 
-def core_in_verilog(plan: Plan) -> Core:
+def core_in_verilog(plan: Plan, reset: ResetStyle) -> Core:
     """Return the core of a plan; raises Unattainable (E421) where it has none."""
     if not isinstance(plan.arithmetic.system, FixedSystem):
         message = (
@@ -48,7 +53,8 @@ def core_in_verilog(plan: Plan) -> Core:
         )
         raise Unattainable([Diagnostic("E421", message, hint="a fixed-point target: --target fixed24")])
     try:
-        return core_of(plan, file_header(plan, "The plan as a pipeline: its units, FIFOs and valid bits."))
+        about = "The plan as a pipeline: its units, FIFOs and valid bits."
+        return core_of(plan, file_header(plan, about, reset), reset)
     except NoCircuitError as error:
         message = f"the plan cannot be written in Verilog: {error}"
         raise Unattainable([Diagnostic("E421", message, hint="'wrap: false', or a smaller range")]) from None
@@ -74,10 +80,18 @@ class _Package:
         made[f"{name}_tb.v"] = self._verilog("tb.v.j2", "A bench that checks itself: PASS, or FAIL.", context)
         made[f"vectors/{name}_in.hex"] = hex_lines(ins)
         made[f"vectors/{name}_out.hex"] = hex_lines(outs, words.ok)
+        made[f"formal/{name}_axis_properties.v"] = self._verilog(
+            "stream_properties.v.j2", "What the stream keeps, whatever waits."
+        )
+        made[f"formal/{name}_axis_proof.v"] = self._verilog(
+            "stream_proof.v.j2", "What is proven: the stream."
+        )
         for file, template in (
             (f"{name}.core", "fusesoc.core.j2"),
             (f"{name}.sdc", "constraints.sdc.j2"),
             ("Makefile", "Makefile.j2"),
+            (f"formal/{name}_axis.sby", "stream.sby.j2"),
+            ("formal/prepare.ys", "prepare.ys.j2"),
         ):
             made[file] = self._text(template, "# ", _ABOUT[template])
         made["README.md"] = port_table(self.plan, core)
@@ -85,14 +99,18 @@ class _Package:
 
     def _unit_header(self, module: str) -> list[str]:
         units = [unit for unit, own in self.core.units.items() if own == module]
-        about = f"What units {', '.join(units)} do." if units else "Rounds to the words of an output."
-        return file_header(self.plan, about)
+        about = (
+            "Unit" + "s" * (len(units) > 1) + f" {', '.join(units)}."
+            if units
+            else "Rounds to the words of an output."
+        )
+        return file_header(self.plan, about, self.core.reset)
 
     def _verilog(self, template: str, about: str, more: Mapping[str, Any] | None = None) -> str:
         return self._text(template, "// ", about, more)
 
     def _text(self, template: str, mark: str, about: str, more: Mapping[str, Any] | None = None) -> str:
-        header = "\n".join(f"{mark}{line}" for line in file_header(self.plan, about))
+        header = "\n".join(f"{mark}{line}" for line in file_header(self.plan, about, self.core.reset))
         context = {**self._context, **(more or {}), "header": header}
         return plain_templates("cordicc.backends.rtl").get_template(template).render(context)
 
@@ -101,26 +119,39 @@ class _Package:
         """What the templates take."""
         core, plan = self.core, self.plan
         depth = -(-core.latency // core.interval) + 2
+        stream = stream_texts(core.inputs, core.outputs)
+        out_bits = 1 + sum(port.width for port in core.outputs)
         return {
             "name": core.name,
             "version": __version__,
             "description": comment(" ".join(plan.description.split()) or plan.name).replace('"', "'"),
             "outputs": core.outputs,
             "interval": core.interval,
+            "reset": core.reset,
             "latency": core.latency,
             "rtl": [f"{core.name}_axis.v", f"{core.name}_core.v", *(f"{each}.v" for each in core.modules)],
             "depth": depth,
+            "reset_fails": " || ".join(f"({bit} !== 1'b0)" for bit in _low_in_reset(core)),
             "count_bits": depth.bit_length(),
             "place_bits": (depth - 1).bit_length(),
             "core_word": ", ".join(f"core_{port.port}" for port in reversed(core.outputs)),
             "clock": f"{plan.clock_hz / 1e6:g} MHz",
             "period": f"{1e9 / plan.clock_hz:.3f}",
-            **stream_texts(core.inputs, core.outputs),
+            **stream,
+            **proof_texts(core, depth, out_bits),
         }
+
+
+def _low_in_reset(core: Core) -> list[str]:
+    """Return what the bench sees low while the reset is active; a core without registers has no such bit."""
+    of_core = (["in_ready"] if core.interval > 1 else []) + (["out_valid"] if core.latency else [])
+    return [*of_core, "m_tvalid", "s_tready"]
 
 
 _ABOUT = {
     "fusesoc.core.j2": "For FuseSoC (CAPI2).",
     "constraints.sdc.j2": "Constraints to begin with.",
-    "Makefile.j2": "make sim: Icarus Verilog; make verilate: Verilator; make lint: Verilator.",
+    "Makefile.j2": "make sim: Icarus Verilog; make verilate, make lint: Verilator; make formal: yosys.",
+    "stream.sby.j2": "For SymbiYosys.",
+    "prepare.ys.j2": "For yosys: the stream and what it keeps, ready for a proof.",
 }

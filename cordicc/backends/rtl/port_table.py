@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cordicc.backends.plain_templates import plain_templates
 from cordicc.backends.rtl.core import Core
 from cordicc.backends.rtl.file_headers import LICENCE, command_line
@@ -16,17 +18,29 @@ def port_table(plan: Plan, core: Core) -> str:
         "title": plan.name,
         "description": " ".join(plan.description.split()),
         "name": core.name,
-        "command": command_line(plan),
+        "command": command_line(plan, core.reset),
         "licence": LICENCE,
         "latency": core.latency,
         "interval": core.interval,
+        "reset": core.reset,
         "depth": -(-core.latency // core.interval) + 2,
         "rounding": plan.arithmetic.spec["format"].get("rounding", "half-up"),
+        "clock": f"{plan.clock_hz / 1e6:g} MHz",
+        "resources": _resources(plan),
         "equations": [each.text for each in plan.problem.equations],
         "inputs": [_input_row(port, at) for port, at in byte_fields(core.inputs)],
         "outputs": [_output_row(plan, port, at) for port, at in byte_fields(core.outputs)],
     }
     return plain_templates("cordicc.backends.rtl").get_template("README.md.j2").render(context)
+
+
+def _resources(plan: Plan) -> str:
+    """Say what the core takes of its device, as it is estimated; nothing without a device."""
+    area = plan.estimate
+    if area is None or plan.target.device is None:
+        return ""
+    logic = f"{area.lut:,} LUT, {area.ff:,} FF, {area.dsp:,} DSP"
+    return f"{logic} and {area.ram_bits:,} bits of RAM of {plan.target.device}"
 
 
 def _format(port: PortWord) -> str:
@@ -55,7 +69,9 @@ def _input_row(port: PortWord, at: int) -> list[str]:
 
 def _output_row(plan: Plan, port: PortWord, at: int) -> list[str]:
     output = next(each for each in plan.problem.outputs if each.name == port.name)
-    angle = "(-pi, pi]" if output.is_angle and output.wrap else ""
+    end = port.format.largest_word * 2.0**-port.format.fraction_bits
+    wrapped = output.is_angle and output.wrap and end > math.pi
+    reach = "(-pi, pi]" if wrapped else f"within ±{end:.4g} {port.unit}".rstrip()
     figures = plan.accuracy.get(port.name)
     bound = "not derived"
     if figures is not None and figures.bound is not None:
@@ -63,4 +79,4 @@ def _output_row(plan: Plan, port: PortWord, at: int) -> list[str]:
         if figures.bound.where:
             bound += f" ({figures.bound.where})"
     seen = None if figures is None else figures.observed.max
-    return [*_common(port, at), angle, bound, "" if seen is None else f"{seen:.3g} {port.unit}".rstrip()]
+    return [*_common(port, at), reach, bound, "" if seen is None else f"{seen:.3g} {port.unit}".rstrip()]

@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.units import RESULTS
 from cordicc.backends.rtl.module_text import literal
+from cordicc.backends.rtl.reset_style import RESETS
 from cordicc.backends.rtl.word_ports import Ports, WordFormats
 from cordicc.plan.model import Plan
 from cordicc.plan.netlist import ConstantWord, Driver, FifoEnd, InputWord, Netlist, UnitResult
 
-_OWN_PORTS = ("clk", "rst", "ce", "in_valid", "in_ready", "out_valid", "out_ok")
+_OWN_PORTS = ("clk", *RESETS, "ce", "in_valid", "in_ready", "out_valid", "out_ok")
 
 
 class Wires:
