@@ -22,6 +22,7 @@ from cordicc.arith.numbers.formats import Signal
 from cordicc.backends.rtl.core import Core
 from cordicc.backends.rtl.module_text import signal_names
 from cordicc.backends.rtl.package import core_in_verilog
+from cordicc.backends.rtl.reset_style import USUAL_RESET
 from cordicc.backends.rtl.word_ports import WordFormats
 from cordicc.base.diagnostics import Diagnostic, InvalidInput, Source, Unattainable
 from cordicc.emulate import functional
@@ -178,7 +179,7 @@ class TracedSample:
     def __init__(self, plan: Plan, sample: PickedSample) -> None:
         self._plan = plan
         self._sample = sample
-        self._core: Core = core_in_verilog(plan)
+        self._core: Core = core_in_verilog(plan, USUAL_RESET)
         self._netlist = Netlist.of(plan)
         self._formats = WordFormats(plan)
         self._makers = {name: o for o in plan.operations for name in o.results if name is not None}

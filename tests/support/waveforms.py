@@ -11,6 +11,7 @@ from vcd.reader import TokenKind, tokenize
 
 from cordicc.backends.rtl.module_text import module_text
 from cordicc.backends.rtl.package import core_in_verilog
+from cordicc.backends.rtl.reset_style import USUAL_RESET
 from cordicc.plan.model import Plan
 
 Wave = Mapping[tuple[str, str], int | str]
@@ -19,7 +20,7 @@ Wave = Mapping[tuple[str, str], int | str]
 
 def waves(plan: Plan, samples: Sequence[Mapping[str, float]], folder: Path) -> list[Wave]:
     """Return the signals by cycle of a core that takes a sample in each interval, the first in cycle 0."""
-    core = core_in_verilog(plan)
+    core = core_in_verilog(plan, USUAL_RESET)
     texts = {core.name: core.text} | {name: module_text(circuit) for name, circuit in core.modules.items()}
     cycles = core.interval * len(samples) + core.latency + 1
     lines = [

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from cordicc.backends.rtl.delay_lines import Delay, delay_text, places
 from cordicc.backends.rtl.module_text import literal, signed_literal
 from cordicc.backends.rtl.names import comment, stem
 from cordicc.backends.rtl.reset_style import USUAL_RESET, ResetStyle
+from cordicc.backends.rtl.slots import Slots
 from cordicc.backends.rtl.unit_modules import UnitModules
 from cordicc.backends.rtl.wires import Wires
 from cordicc.backends.rtl.word_ports import Ports, PortWord, WordFormats
@@ -105,6 +107,7 @@ class _Core:
         self._wires = Wires(plan, self._netlist, self.ports, circuits)
         self._places = places(plan.fifos)
         self.control = (self._wires.name("", "valid"), self._wires.name("", "slot"))
+        self._slots = Slots(self._interval, partial(self._wires.name, ""))
 
     def lines(self) -> Iterator[str]:
         yield "`default_nettype none"
@@ -112,7 +115,16 @@ class _Core:
         yield f"module {self.name}_core ("
         yield from self._header()
         yield ");"
+        # Slots that nothing else takes have no register.
+        rest = list(self._following())
         yield from self._control()
+        yield from rest
+        yield "endmodule"
+        yield ""
+        yield "`default_nettype wire"
+
+    def _following(self) -> Iterator[str]:
+        """Yield what stands behind the registers that are reset."""
         yield from self._entering()
         yield ""
         yield "    // What units deliver and FIFOs give up, and whether it stands for a number."
@@ -122,9 +134,6 @@ class _Core:
                 yield from self._unit(id, cell)
         yield from self._fifos()
         yield from self._leaving()
-        yield "endmodule"
-        yield ""
-        yield "`default_nettype wire"
 
     def instances(self) -> dict[str, str]:
         return {id: self._wires.name("unit", id) for id in self.units}
@@ -156,30 +165,22 @@ class _Core:
 
     def _control(self) -> Iterator[str]:
         """Yield the registers that are reset: valid bits, the ring of slots, and where RAM is written."""
-        interval, depth = self._interval, self._netlist.valid_depth
+        depth = self._netlist.valid_depth
         name = self._wires.name
-        valid, slot = self.control
-        resets, steps, each_sample = [], [], []
+        valid = self.control[0]
+        leaves, entered = self._slot(self._netlist.latency), self._slot(0)
+        resets, steps, each_sample = self._slots.resets(), self._slots.steps(), []
         yield ""
-        if interval > 1:
-            yield "    // One-hot: one slot after the other; samples enter in slot 0.  It is the last in"
-            yield "    // reset, so that in_ready is low."
-            yield f"    reg [{interval - 1}:0] {slot};"
-            yield f"    assign in_ready = {slot}[0];"
-            yield ""
-            resets.append(f"{slot} <= {literal(1 << (interval - 1), interval)};")
-            steps.append(f"{slot} <= {{{slot}[{interval - 2}:0], {slot}[{interval - 1}]}};")
+        yield from self._slots.declared()
         if depth:
             yield "    // Whether a sample is in a place of the pipeline."
             yield f"    reg [{depth - 1}:0] {valid};"
-            leaves = self._slot(self._netlist.latency)
             yield f"    assign out_valid = {valid}[{depth - 1}]{f' && {leaves}' if leaves else ''};"
             yield ""
             resets.append(f"{valid} <= {literal(0, depth)};")
             shifted = "in_valid" if depth == 1 else f"{{{valid}[{depth - 2}:0], in_valid}}"
             each_sample.append(f"{valid} <= {shifted};")
         else:
-            entered = self._slot(0)
             yield f"    assign out_valid = in_valid{f' && {entered}' if entered else ''};"
         for place in self._places.values():
             register, following = name("", place.register), name("", place.following)
@@ -192,13 +193,11 @@ class _Core:
             resets.append(f"{register} <= {first};")
             each_sample.append(f"{register} <= {following};")
         if resets:
-            yield from _reset_block(self._reset, resets, steps, each_sample, self._slot(0))
+            yield from _reset_block(self._reset, resets, steps, each_sample, entered)
 
     def _slot(self, cycle: int) -> str:
         """Return the bit of the slot of a cycle, nothing where every cycle is alike."""
-        if self._interval == 1:
-            return ""
-        return f"{self._wires.name('', 'slot')}[{cycle % self._interval}]"
+        return self._slots.bit(cycle)
 
     def _gate(self, cycle: int) -> str:
         """Return when what is there in a cycle of a sample is taken into a register."""
@@ -297,10 +296,10 @@ class _Core:
             return f" {texts[0]}"
         terms = []
         for number, text in enumerate(texts):
-            slots = [self._slot(slot) for slot, chosen in sorted(select.items()) if chosen == number]
-            gate = slots[0] if len(slots) == 1 else f"({' | '.join(slots)})"
             if text == literal(0, width):
                 continue
+            slots = [self._slot(slot) for slot, chosen in sorted(select.items()) if chosen == number]
+            gate = slots[0] if len(slots) == 1 else f"({' | '.join(slots)})"
             if text == "1'd1":
                 terms.append(gate)
             elif width > 1:

@@ -19,7 +19,7 @@ from cordicc.backends.rtl.names import comment
 from cordicc.backends.rtl.port_table import port_table
 from cordicc.backends.rtl.reset_style import USUAL_RESET, ResetStyle
 from cordicc.backends.rtl.stream_fields import stream_texts
-from cordicc.backends.rtl.stream_proof import proof_texts
+from cordicc.backends.rtl.stream_proof import is_proven, proof_texts
 from cordicc.backends.rtl.word_ports import Ports
 from cordicc.base.diagnostics import Diagnostic, Unattainable
 from cordicc.plan.model import Plan
@@ -80,19 +80,21 @@ class _Package:
         made[f"{name}_tb.v"] = self._verilog("tb.v.j2", "A bench that checks itself: PASS, or FAIL.", context)
         made[f"vectors/{name}_in.hex"] = hex_lines(ins)
         made[f"vectors/{name}_out.hex"] = hex_lines(outs, words.ok)
-        made[f"formal/{name}_axis_properties.v"] = self._verilog(
-            "stream_properties.v.j2", "What the stream keeps, whatever waits."
-        )
-        made[f"formal/{name}_axis_proof.v"] = self._verilog(
-            "stream_proof.v.j2", "What is proven: the stream."
-        )
-        for file, template in (
+        others = [
             (f"{name}.core", "fusesoc.core.j2"),
             (f"{name}.sdc", "constraints.sdc.j2"),
             ("Makefile", "Makefile.j2"),
-            (f"formal/{name}_axis.sby", "stream.sby.j2"),
-            ("formal/prepare.ys", "prepare.ys.j2"),
-        ):
+        ]
+        if is_proven(core):
+            made[f"formal/{name}_axis_properties.v"] = self._verilog(
+                "stream_properties.v.j2", "What the stream keeps, whatever waits."
+            )
+            made[f"formal/{name}_axis_proof.v"] = self._verilog(
+                "stream_proof.v.j2", "What is proven: the stream."
+            )
+            others.append((f"formal/{name}_axis.sby", "stream.sby.j2"))
+            others.append(("formal/prepare.ys", "prepare.ys.j2"))
+        for file, template in others:
             made[file] = self._text(template, "# ", _ABOUT[template])
         made["README.md"] = port_table(self.plan, core)
         return made
@@ -128,6 +130,7 @@ class _Package:
             "outputs": core.outputs,
             "interval": core.interval,
             "reset": core.reset,
+            "formal": is_proven(core),
             "latency": core.latency,
             "rtl": [f"{core.name}_axis.v", f"{core.name}_core.v", *(f"{each}.v" for each in core.modules)],
             "depth": depth,
@@ -138,7 +141,7 @@ class _Package:
             "clock": f"{plan.clock_hz / 1e6:g} MHz",
             "period": f"{1e9 / plan.clock_hz:.3f}",
             **stream,
-            **proof_texts(core, depth, out_bits),
+            **(proof_texts(core, depth, out_bits) if is_proven(core) else {}),
         }
 
 

@@ -8,6 +8,7 @@ from cordicc.backends.plain_templates import plain_templates
 from cordicc.backends.rtl.core import Core
 from cordicc.backends.rtl.file_headers import LICENCE, command_line
 from cordicc.backends.rtl.stream_fields import byte_fields
+from cordicc.backends.rtl.stream_proof import is_proven
 from cordicc.backends.rtl.word_ports import PortWord
 from cordicc.plan.model import Plan
 
@@ -23,6 +24,7 @@ def port_table(plan: Plan, core: Core) -> str:
         "latency": core.latency,
         "interval": core.interval,
         "reset": core.reset,
+        "formal": is_proven(core),
         "depth": -(-core.latency // core.interval) + 2,
         "rounding": plan.arithmetic.spec["format"].get("rounding", "half-up"),
         "clock": f"{plan.clock_hz / 1e6:g} MHz",

@@ -6,6 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from cordicc.backends.rtl.core import Core
+from cordicc.backends.rtl.slots import RING_SLOTS
+
+
+def is_proven(core: Core) -> bool:
+    """Tell whether the package has a proof: it is by induction, over a ring of slots."""
+    return core.interval <= RING_SLOTS
 
 
 def proof_texts(core: Core, depth: int, out_bits: int) -> Mapping[str, Any]:
