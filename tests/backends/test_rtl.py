@@ -18,8 +18,8 @@ FAULTS = {
     "clock enable": ("small_core.v", "end else if (ce) begin", "end else begin"),
     "reset of the core": (
         "small_core.v",
-        "begin\n            valid <= ",
-        "begin\n            valid <= valid | ",
+        "if (rst) begin\n            valid <= ",
+        "if (rst) begin\n            valid <= valid | ",
     ),
     "ready in reset": ("small_axis.v", "open <= 1'b0", "open <= 1'b1"),
     "reset of the stream": ("small_axis.v", "level <= 6'd0;", ""),
