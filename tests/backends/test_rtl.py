@@ -16,7 +16,11 @@ TEXTS = {"reach": REACH, "sums": SUMS}
 FAULTS = {
     "latency": ("small_tb.v", "localparam LATENCY = ", "localparam LATENCY = 1 + "),
     "clock enable": ("small_core.v", "end else if (ce) begin", "end else begin"),
-    "reset of the core": ("small_core.v", "valid <= ", "valid <= valid | "),
+    "reset of the core": (
+        "small_core.v",
+        "if (rst) begin\n            valid <= ",
+        "if (rst) begin\n            valid <= valid | ",
+    ),
     "ready in reset": ("small_axis.v", "open <= 1'b0", "open <= 1'b1"),
     "reset of the stream": ("small_axis.v", "level <= 6'd0;", ""),
     "range": ("small_core.v", "wire x_ok_ok = (", "wire x_ok_ok = 1'b1 || ("),
@@ -135,6 +139,17 @@ def test_no_sample_of_the_stream_is_lost_or_doubled(tmp_path: Path) -> None:
 @pytest.mark.parametrize("interval", quick([1, 4], 1))
 def test_lint_has_nothing_to_say(name: str, interval: int, tmp_path: Path) -> None:
     end = made(written(plan_of(tmp_path, TEXTS[name], interval), tmp_path, 1), "lint")
+    assert (end.returncode, end.stdout, end.stderr) == (0, "", "")
+
+
+@needs("iverilog", "verilator")
+@pytest.mark.parametrize("interval", [1, 2])
+def test_a_plan_without_a_cycle(interval: int, tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, "inputs: {x: [0, 1]}\nequations:\n  - y = x\n", interval)
+    assert plan.latency_cycles == 0
+    folder = written(plan, tmp_path, 20)
+    assert made(folder, "sim").returncode == 0
+    end = made(folder, "lint")
     assert (end.returncode, end.stdout, end.stderr) == (0, "", "")
 
 

@@ -192,6 +192,10 @@ class _Core:
             yield ""
             resets.append(f"{register} <= {first};")
             each_sample.append(f"{register} <= {following};")
+        if not resets:
+            yield ""
+            yield "    // There is no register."
+            yield f"    wire {name('', 'unused_bits')} = &{{1'b0, clk, {self._reset.port}, ce}};"
         if resets:
             yield from _reset_block(self._reset, resets, steps, each_sample, entered)
 
