@@ -45,7 +45,8 @@ class Core:
         latency: cycles from a sample's words to its outputs.
         reset: its style.
         valid: the name of the register that tells where samples are.
-        slot: that of the ring of slots.
+        slot: that of the ring of slots, or of their counter.
+        slot_bits: bits of the registers of the slots.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Core:
     reset: ResetStyle
     valid: str
     slot: str
+    slot_bits: int
 
 
 def core_of(plan: Plan, header: Sequence[str], reset: ResetStyle = USUAL_RESET) -> Core:
@@ -84,6 +86,7 @@ def core_of(plan: Plan, header: Sequence[str], reset: ResetStyle = USUAL_RESET) 
         plan.latency_cycles,
         reset,
         *made.control,
+        made.slot_bits,
     )
 
 
@@ -134,6 +137,11 @@ class _Core:
                 yield from self._unit(id, cell)
         yield from self._fifos()
         yield from self._leaving()
+
+    @property
+    def slot_bits(self) -> int:
+        """Bits of the registers of the slots, once the text is made."""
+        return self._slots.registers
 
     def instances(self) -> dict[str, str]:
         return {id: self._wires.name("unit", id) for id in self.units}

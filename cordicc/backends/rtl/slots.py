@@ -37,6 +37,13 @@ class Slots:
         self._places.add(place)
         return self._register(place) if self._counts else f"{self._slot}[{place}]"
 
+    @property
+    def registers(self) -> int:
+        """Bits of their registers."""
+        if self._interval == 1:
+            return 0
+        return self._bits + len(self._places) if self._counts else self._interval
+
     def declared(self) -> Iterator[str]:
         """Yield the registers, and what follows from them."""
         if self._interval == 1:

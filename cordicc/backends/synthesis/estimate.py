@@ -15,8 +15,10 @@ from importlib.resources import files
 from typing import Any
 
 from cordicc.backends.rtl.core import Core
+from cordicc.backends.rtl.slots import RING_SLOTS
 from cordicc.backends.synthesis.build import core_of_plan
 from cordicc.backends.synthesis.cell_bits import cell_bits, choice_luts, fifo_bits
+from cordicc.backends.synthesis.deep_fifos import ram_bits
 from cordicc.base.diagnostics import Unattainable
 from cordicc.plan.area import Area
 from cordicc.plan.model import Plan
@@ -53,13 +55,14 @@ def estimated_area(plan: Plan) -> Area | None:
 
 
 def area_of(bits: Mapping[str, int], device: Device) -> Area:
-    """Return the area of so many bits of each kind; `lut` among them counts as it is."""
+    """Return the area of so many bits of each kind; `lut` and `ram_bits` among them count as they are."""
     table = measured_bits()[table_name(device)]
     figures = {
         figure: round(sum(bits.get(kind, 0) * each for kind, each in table[figure].items()))
         for figure in ("lut", "ff", "dsp")
     }
-    return Area(figures["lut"] + round(bits.get("lut", 0)), figures["ff"], figures["dsp"], 0)
+    luts = figures["lut"] + round(bits.get("lut", 0))
+    return Area(luts, figures["ff"], figures["dsp"], bits.get("ram_bits", 0))
 
 
 def _bits(plan: Plan, core: Core, device: Device) -> Counter[str]:
@@ -78,7 +81,7 @@ def _around(plan: Plan, core: Core, device: Device) -> Iterator[dict[str, int]]:
     for fifo in plan.fifos:
         if fifo.depth:
             width = plan.arithmetic.system.format(plan.formats.values.get(fifo.value)).width_bits
-            yield fifo_bits(width + 1, fifo.depth, device)
+            yield ram_bits(width + 1, fifo.depth, device) or fifo_bits(width + 1, fifo.depth, device)
     for id, cell in netlist.cells.items():
         if cell.operations:
             ports = {port.name: core.modules[core.units[id]].cells[port.cell] for port in _inputs(core, id)}
@@ -89,7 +92,10 @@ def _around(plan: Plan, core: Core, device: Device) -> Iterator[dict[str, int]]:
         yield {"add": 2 * port.format.width_bits}
     for port in core.outputs:
         yield {"lut": port.format.width_bits}
-    yield {"register": netlist.valid_depth + (core.interval if core.interval > 1 else 0)}
+    yield {"register": netlist.valid_depth + core.slot_bits}
+    if core.interval > RING_SLOTS:
+        # A digit of the counter is decoded once, and a slot is a function of few digits.
+        yield {"lut": 2 * core.slot_bits}
 
 
 def _inputs(core: Core, unit: str) -> Any:
