@@ -286,7 +286,10 @@ def test_check_lists_all_mistakes(tmp_path: Path) -> None:
 def test_targets(tmp_path: Path) -> None:
     listed = run("targets").stdout
     names = [line.split()[0] for line in listed.splitlines()]
-    assert names == ["artix7", "ecp5", "fixed24", "generic", "ice40up", "imscor24", "kinematic", "krieger96"]
+    assert names == [
+        "artix7", "ecp5", "fixed24", "generic", "ice40up",
+        "imscor24", "kinematic", "krieger96", "serial16", "serial24",
+    ]  # fmt: skip
     text = run("targets", "kinematic").stdout
     (tmp_path / "mine.yaml").write_text(
         text.replace("latency: 48", "latency: 50").replace("pre_rotate: 1", "pre_rotate: 3"), encoding="utf-8"

@@ -36,9 +36,7 @@ def target(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def plan(target: Path) -> cordicc.Plan:
-    return cordicc.compile(
-        EXAMPLES / "planar_2r.yaml", target=str(target), ii=100, effort=0.1
-    )
+    return cordicc.compile(EXAMPLES / "planar_2r.yaml", target=str(target), ii=100, effort=0.1)
 
 
 def test_one_operation_at_a_time(plan: cordicc.Plan) -> None:

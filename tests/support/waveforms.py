@@ -27,9 +27,10 @@ def waves(plan: Plan, samples: Sequence[Mapping[str, float]], folder: Path) -> l
         "module bench;",
         "reg clk = 0, rst = 1; integer t;  // unknown at first: what hangs on it is evaluated once it is not",
         "always #5 clk = ~clk;",
-        "always @(posedge clk) if (rst) t <= 0; else t <= t + 1;",
+        # In reset it is the last slot of the interval.
+        f"always @(posedge clk) if (rst) t <= {-1 if core.interval > 1 else 0}; else t <= t + 1;",
         f"initial begin $dumpfile({str(folder / 'wave.vcd')!r});".replace("'", '"'),
-        f"$dumpvars(0, bench); #12 rst = 0; #{10 * cycles + 10} $finish; end",
+        f"$dumpvars(0, bench); #12 rst = 0; #{10 * cycles + 20} $finish; end",
     ]
     for port in core.inputs:
         words = [int(port.format.encode(np.array([sample[port.name]]))[0]) for sample in samples]

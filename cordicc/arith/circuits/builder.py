@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cordicc.arith.circuits.cell_delays import COMBINATIONAL, Clocking
 from cordicc.arith.circuits.cell_pipeline import CellPipeline
-from cordicc.arith.circuits.circuit import INDEX, Circuit, Gate, Loop, Port, pruned, width_of
+from cordicc.arith.circuits.circuit import Circuit, Gate, Loop, Port, pruned, width_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,8 +100,7 @@ class CircuitBuilder:
     def __init__(self, name: str, clocking: Clocking = COMBINATIONAL, interval: int = 1) -> None:
         self.name = name
         self.clocking = clocking
-        # Cycles from one operation to the next: with enough of them steps may be made one after the other.
-        self.interval = interval
+        self.interval = interval  # cycles from one operation to the next
         self._pipeline = CellPipeline(clocking)
         self._inputs: list[Port] = []
         self._outputs: list[tuple[str, int]] = []
@@ -134,42 +132,15 @@ class CircuitBuilder:
         outputs = [Port(name, self._pipeline.at(number, cycles)) for name, number in self._outputs]
         return pruned(self.name, self.cells, self._inputs, outputs, self._pipeline.notes, self._loops)
 
-    @property
-    def too_fast(self) -> bool:
-        """Whether a step of a loop takes longer than the clock allows."""
-        return self.step_ns > self.clocking.free_ns
-
-    def loop(
-        self,
-        steps: int,
-        states: Mapping[str, tuple[CircuitSignal, tuple[int, int]]],
-        kept: Mapping[str, CircuitSignal],
-        body: Callable[[CircuitBuilder, Mapping[str, CircuitSignal]], Mapping[str, CircuitSignal]],
-    ) -> dict[str, CircuitSignal]:
-        """Return states after a step has been made so many times, in as many cycles.
-
-        Args:
-            steps: how many times.
-            states: by name how each begins, and the least and the largest value that it ever has.
-            kept: what the steps take besides, by name; constants are constants there.
-            body: returns the states of the next step, from the states, what is kept, and `INDEX`.
-        """
-        inner = CircuitBuilder("step", Clocking(math.inf, self.clocking.delays))
-        inputs = {name: inner.input(name, *span) for name, (_, span) in states.items()}
-        steady = {name: signal for name, signal in kept.items() if signal.lo < signal.hi}
-        fixed = {name: inner.of(signal.lo) for name, signal in kept.items() if name not in steady}
-        inputs |= {name: inner.input(name, signal.lo, signal.hi) for name, signal in steady.items()}
-        inputs[INDEX] = inner.input(INDEX, 0, steps - 1)
-        following = body(inner, inputs | fixed)
-        for name, (_, (lo, hi)) in states.items():
-            inner.output(name, inner.narrowed(following[name], lo, hi))
-        operands = [signal.number for signal, _ in states.values()]
-        operands += [signal.number for signal in steady.values()]
-        self.step_ns = max(self.step_ns, inner.latest_ns())
-        self._loops.append(Loop(inner.circuit(), tuple(states), tuple(steady), steps))
-        spans = [span for _, span in states.values()]
-        numbers = self._pipeline.loop(operands, len(self._loops) - 1, spans, steps)
-        return {name: CircuitSignal(self, number) for name, number in zip(states, numbers, strict=True)}
+    def turning(
+        self, loop: Loop, operands: Sequence[CircuitSignal], spans: Sequence[tuple[int, int]], step_ns: float
+    ) -> list[CircuitSignal]:
+        """Return the states of a loop after its steps, each of which takes some time; see `looping`."""
+        self.step_ns = max(self.step_ns, step_ns)
+        self._loops.append(loop)
+        numbers = [signal.number for signal in operands]
+        found = self._pipeline.loop(numbers, len(self._loops) - 1, spans, loop.steps)
+        return [CircuitSignal(self, number) for number in found]
 
     def latest_ns(self) -> float:
         """Return when the last output exists in its cycle."""

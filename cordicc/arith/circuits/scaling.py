@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circuit import INDEX
+from cordicc.arith.circuits.looping import looped
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.kernels.reduction import SCALE_BITS
 from cordicc.arith.kernels.shift_sequences import StepTable
@@ -38,7 +39,7 @@ def over_gain(b: CircuitBuilder, coordinate: CircuitSignal, table: StepTable) ->
     b.note("Over the gain: two digits a cycle.")
     # |high| is at most (|high| + 2 |coordinate|) / 4, rounded down.
     states = {"high": (b.of(0), (-size, size)), "low": (b.of(0), (0, (1 << held) - 1))}
-    last = b.loop(len(digits), states, {"coordinate": coordinate}, step)
+    last = looped(b, len(digits), states, {"coordinate": coordinate}, step)
     exact = (last["high"] << held) + last["low"]
     product = coordinate.lo * table.inverse_gain, coordinate.hi * table.inverse_gain
     return b.rounded(b.narrowed(exact, *(end >> (right - 1) for end in product)), 1)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from cordicc.arith.circuits import circular, hyperbolic, linear
 from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.circuit import INDEX
+from cordicc.arith.circuits.looping import looped
 from cordicc.arith.circuits.residual import Residual
 from cordicc.arith.circuits.scaling import over_gain
 from cordicc.arith.circuits.shifting import shifted
@@ -181,7 +182,7 @@ def _one_after_the_other(b: CircuitBuilder, modes: Modes, unit: Cau, start: Turn
     b.note(f"{unit.iterations} steps, one after the other.")
     sizes = -largest, largest
     states = {"x": (start.x, sizes), "y": (start.y, sizes), "z": (start.z, span)}
-    last = b.loop(unit.iterations, states, kept, step)
+    last = looped(b, unit.iterations, states, kept, step)
     return Turned(*(b.named(name, last[name]) for name in ("x", "y", "z")))
 
 

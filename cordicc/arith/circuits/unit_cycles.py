@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from cordicc.arith.circuits.cell_delays import Clocking
+from cordicc.arith.circuits.looping import too_fast
 from cordicc.arith.circuits.units import Plain, unit_builder
 from cordicc.arith.circuits.uses import Use
 from cordicc.arith.numbers.fixed_point import FixedPoint
@@ -44,7 +45,7 @@ def cycles_at(
     width = system.operand_bits
     uses = [_use(function, width, number) for number, function in enumerate(functions)]
     made = unit_builder(kind, arithmetic, kind, uses, clocking, interval)
-    if made.too_fast:
+    if too_fast(made):
         most = 1e3 / (made.step_ns + clocking.delays.register_ns)
         raise ValueError(
             f"an iteration of a unit of kind '{kind}' takes {made.step_ns:.1f} ns: one a cycle is for "

@@ -10,6 +10,7 @@ from cordicc.arith.circuits.builder import CircuitBuilder, CircuitSignal
 from cordicc.arith.circuits.cell_delays import COMBINATIONAL, DELAYS, Clocking, Delays
 from cordicc.arith.circuits.circuit import Circuit
 from cordicc.arith.circuits.holding import held
+from cordicc.arith.circuits.looping import too_fast
 from cordicc.arith.circuits.plain_operations import ExactNumber, calculated, rounded
 from cordicc.arith.circuits.shifting import times
 from cordicc.arith.circuits.solving import implicit_unit
@@ -84,7 +85,7 @@ def unit_circuit(
     while fits - fails > 1:
         middle = (fits + fails) // 2
         made = unit_builder(name, arithmetic, kind, uses, Clocking(_PERIODS[middle], delays), interval)
-        if made.cycles() <= latency and not made.too_fast:
+        if made.cycles() <= latency and not too_fast(made):
             fits, best = middle, made
         else:
             fails = middle

@@ -86,7 +86,7 @@ def core_of(plan: Plan, header: Sequence[str], reset: ResetStyle = USUAL_RESET) 
         plan.latency_cycles,
         reset,
         *made.control,
-        made.slot_bits,
+        made.slots.registers,
     )
 
 
@@ -110,7 +110,7 @@ class _Core:
         self._wires = Wires(plan, self._netlist, self.ports, circuits)
         self._places = places(plan.fifos)
         self.control = (self._wires.name("", "valid"), self._wires.name("", "slot"))
-        self._slots = Slots(self._interval, partial(self._wires.name, ""))
+        self.slots = Slots(self._interval, partial(self._wires.name, ""))
 
     def lines(self) -> Iterator[str]:
         yield "`default_nettype none"
@@ -137,11 +137,6 @@ class _Core:
                 yield from self._unit(id, cell)
         yield from self._fifos()
         yield from self._leaving()
-
-    @property
-    def slot_bits(self) -> int:
-        """Bits of the registers of the slots, once the text is made."""
-        return self._slots.registers
 
     def instances(self) -> dict[str, str]:
         return {id: self._wires.name("unit", id) for id in self.units}
@@ -176,10 +171,10 @@ class _Core:
         depth = self._netlist.valid_depth
         name = self._wires.name
         valid = self.control[0]
-        leaves, entered = self._slot(self._netlist.latency), self._slot(0)
-        resets, steps, each_sample = self._slots.resets(), self._slots.steps(), []
+        leaves, entered = self.slots.bit(self._netlist.latency), self.slots.bit(0)
+        resets, steps, each_sample = self.slots.resets(), self.slots.steps(), []
         yield ""
-        yield from self._slots.declared()
+        yield from self.slots.declared()
         if depth:
             yield "    // Whether a sample is in a place of the pipeline."
             yield f"    reg [{depth - 1}:0] {valid};"
@@ -207,13 +202,9 @@ class _Core:
         if resets:
             yield from _reset_block(self._reset, resets, steps, each_sample, entered)
 
-    def _slot(self, cycle: int) -> str:
-        """Return the bit of the slot of a cycle, nothing where every cycle is alike."""
-        return self._slots.bit(cycle)
-
     def _gate(self, cycle: int) -> str:
         """Return when what is there in a cycle of a sample is taken into a register."""
-        return " && ".join(filter(None, ("ce", self._slot(cycle))))
+        return " && ".join(filter(None, ("ce", self.slots.bit(cycle))))
 
     def _entering(self) -> Iterator[str]:
         yield ""
@@ -271,7 +262,7 @@ class _Core:
             yield f"    // {comment(self._about(operation))}."
         wired = [("clk", "clk"), ("ce", "ce")] if circuit.registers() else []
         if circuit.strobes:
-            slots = [self._slot(operation.start) for operation in cell.operations]
+            slots = [self.slots.bit(operation.start) for operation in cell.operations]
             wired.append(("start", " | ".join(dict.fromkeys(slots))))
         for port, taken in zip(PORTS, cell.ports, strict=False):
             if port not in widths:
@@ -310,7 +301,7 @@ class _Core:
         for number, text in enumerate(texts):
             if text == literal(0, width):
                 continue
-            slots = [self._slot(slot) for slot, chosen in sorted(select.items()) if chosen == number]
+            slots = [self.slots.bit(slot) for slot, chosen in sorted(select.items()) if chosen == number]
             gate = slots[0] if len(slots) == 1 else f"({' | '.join(slots)})"
             if text == "1'd1":
                 terms.append(gate)

@@ -48,7 +48,8 @@ def cell_bits(circuit: Circuit, device: Device) -> dict[str, int]:
         # Each state is a register, and begins as something else.
         states = sum(loop.body.cells[port.cell].width for port in loop.body.inputs)
         count.update({"register": states, "mux": states})
-    count["register"] += max(circuit.strobes, default=0)
+    if circuit.strobes:
+        count["register"] += circuit.strobes[-1]
     return dict(count)
 
 
