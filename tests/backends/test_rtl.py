@@ -57,6 +57,21 @@ def test_the_bench_passes_under_icarus(name: str, interval: int, tmp_path: Path)
     assert (end.stdout.splitlines()[-1], end.returncode) == (f"PASS {count} samples", 0), end.stdout
 
 
+@needs("iverilog")
+@pytest.mark.parametrize("name", quick(TEXTS, "reach"))
+def test_iterations_one_after_the_other_pass_under_icarus(name: str, tmp_path: Path) -> None:
+    (tmp_path / "problem.yaml").write_text(TEXTS[name], encoding="utf-8")
+    plan = compiled(tmp_path / "problem.yaml", target="serial16", ii=250, certify=False, effort=0.05)
+    (busy,) = {unit.initiation_interval for unit in plan.units if unit.kind == "standard"}
+    assert busy == plan.arithmetic.caus["standard"].iterations
+    folder = written(plan, tmp_path, 10)
+    assert "loop1_first" in (folder / f"{folder_name(folder)}_standard1.v").read_text()
+    end = made(folder, "sim")
+    assert end.stdout.startswith("PASS"), end.stdout
+    if shutil.which("verilator"):
+        assert made(folder, "lint").stderr == ""
+
+
 def folder_name(folder: Path) -> str:
     (core,) = folder.glob("*.core")
     return core.stem
