@@ -158,6 +158,12 @@ target. What a CORDIC unit does in between, from the integers under `cordic`, st
   interval above 1 `in_ready`, low in reset, the inputs in the order of `problem.inputs`; `out_valid`,
   `out_ok`, and the outputs in the order of `problem.outputs`, `latency.cycles` after the inputs. Names that
   are words of Verilog have an underscore behind them.
+- **Stage by stage**: `cordicc trace PLAN --operation o5 --inputs in.csv --sample 17` lists operands, results
+  and every signal of the unit for one sample, in hexadecimal and as integers, under the names of the unit's
+  module, with the cycle in which each has its word, counted from the operation's `start` and from the
+  sample's entry. Sample k of a stream without gaps enters in cycle k · `initiation_interval`, counted from
+  the first slot 0; cycles with `ce` low do not count. Words that stand for no number are listed too, as the
+  Verilog has them.
 """
 
 
