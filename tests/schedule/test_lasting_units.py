@@ -16,7 +16,7 @@ from cordicc.schedule.binding import Wiring, bind
 from cordicc.schedule.solver.dependences import network
 from cordicc.schedule.solver.engine import Effort, solve
 from cordicc.schedule.solver.goals import FIFO_WORDS, LATENCY, Goal, units_used
-from cordicc.schedule.solver.latency_bounds import latency_bound
+from cordicc.schedule.solver.latency_bounds import latency_bound, raised
 from cordicc.schedule.solver.modulo_list import list_schedule
 from cordicc.schedule.solver.reservations import Reservations, coloured
 from cordicc.schedule.solver.scheduling_problem import (
@@ -217,6 +217,25 @@ def test_a_bare_graph() -> None:
     overlap = {**answer["start"], "c1": answer["start"]["c0"] + 7}
     with pytest.raises(AssertionError):
         verify_bare(GRAPH, {**wrong, "start": overlap})
+
+
+def test_a_unit_that_is_busy_longer_than_its_operation_takes() -> None:
+    """The last one keeps its unit beyond the end, which is no reason to end later."""
+    graph = {
+        "initiation_interval": 20,
+        "kinds": {"add": {"latency": 1}, "cau": {"latency": 1, "initiation_interval": 5, "limit": 1}},
+        "operations": [{"id": "s", "kind": "add"}, *({"id": f"c{i}", "kind": "cau"} for i in range(3))],
+        "edges": [["s", f"c{i}"] for i in range(3)],
+    }
+    answer = schedule_graph(parse_graph(json.dumps(graph), "g"), Effort())
+    verify_bare(graph, answer)
+    assert answer["latency"] == answer["bounds"]["latency"] == 12
+    before = Task("s", "add", 1)
+    takers = [Task(f"c{i}", "cau", 1, 5) for i in range(3)]
+    value = TaskValue("v", "s", tuple((task.id, "x") for task in takers))
+    problem = SchedulingProblem((before, *takers), (value,), 20, {"cau": 1})
+    _, tail = raised(network(problem))
+    assert tail == (12, 1, 1, 1)
 
 
 def test_an_interval_that_a_unit_cannot_keep() -> None:

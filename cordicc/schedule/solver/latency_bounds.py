@@ -56,10 +56,14 @@ def _pieces(network: Network, index: int, head: int, tail: int) -> Iterator[tupl
 
 
 def jackson(jobs: Sequence[tuple[int, int]], capacity: int) -> int:
-    """Return the least max(start + tail) of jobs (head, tail), `capacity` of which start in a cycle."""
+    """Return the least max(start + tail) of jobs (head, tail), `capacity` of which start in a cycle.
+
+    Heads may be negative: backwards in time, an operation may keep its unit after its result has left.
+    """
     waiting = sorted(jobs)
     open_tails: list[int] = []
-    cycle = position = best = 0
+    cycle = waiting[0][0] if waiting else 0
+    position = best = 0
     while position < len(waiting) or open_tails:
         if not open_tails:
             cycle = max(cycle, waiting[position][0])
