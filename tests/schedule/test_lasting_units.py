@@ -1,6 +1,7 @@
 """Units that an operation keeps for several cycles: the engine against exhaustive search, and binding."""
 
 import json
+import random
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count, pairwise, product
@@ -164,6 +165,26 @@ def test_three_arcs_that_meet_in_pairs_need_three_units() -> None:
     problem = SchedulingProblem(tasks, chain, 6)
     assert solve(problem, [LATENCY, UNITS]).figures["processors"] == 3
     assert solve(problem, [UNITS, LATENCY]).figures["processors"] == 3
+
+
+@pytest.mark.parametrize(("interval", "busy", "units"), [(17, 4, 7), (40, 12, 9), (28, 5, 8)])
+def test_arcs_of_full_units_are_coloured_with_as_many(interval: int, busy: int, units: int) -> None:
+    """Where first fit takes more, in any order."""
+    for seed in range(12):
+        draw = random.Random(seed)
+        arcs = []
+        for _ in range(units):
+            first = draw.randrange(interval)
+            spare = interval % busy
+            for place in range(interval // busy):
+                gap = draw.randint(0, spare)
+                spare -= gap
+                first += gap
+                arcs.append(((first + place * busy) % interval, busy))
+        draw.shuffle(arcs)
+        found = coloured(arcs, interval)
+        assert apart(arcs, found, interval)
+        assert max(found) < units
 
 
 def test_free_slots() -> None:

@@ -8,9 +8,14 @@ the most arcs over any slot and sometimes more.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
-_MOST_NODES = 20_000
-"""Of the search for a colouring with fewer units than the first fit needs."""
+_MOST_NODES = 2_000
+"""Of the search in depth for a colouring with fewer units than the first fit needs."""
+_MOST_LITERALS = 20_000
+"""Arcs times units up to which the constraint program looks for such a colouring after that."""
+_MOST_WORK = 0.5
+"""Its deterministic time."""
 
 
 class Reservations:
@@ -75,8 +80,13 @@ class Reservations:
 def coloured(arcs: Sequence[tuple[int, int]], interval: int) -> list[int]:
     """Return a unit for each arc (slot of the first cycle, cycles), so that none overlaps on a unit.
 
-    With as few units as the most arcs over a slot if a search of bounded work finds such.
+    With the fewest units that searches of bounded work find; no fewer than the most arcs over a slot.
     """
+    return list(_coloured(tuple(arcs), interval))
+
+
+@lru_cache(maxsize=4096)
+def _coloured(arcs: tuple[tuple[int, int], ...], interval: int) -> tuple[int, ...]:
     load = [0] * interval
     for slot, busy in arcs:
         for place in range(busy):
@@ -92,9 +102,43 @@ def coloured(arcs: Sequence[tuple[int, int]], interval: int) -> list[int]:
 
     order = sorted(range(len(arcs)), key=rank)
     found = _first_fit(arcs, order, interval)
-    if max(found, default=-1) + 1 > least:
-        found = _Colouring(arcs, order, interval).within(least) or found
-    return found
+    search = _Colouring(arcs, order, interval)
+    for units in range(least, max(found, default=-1) + 1):
+        fewer = search.within(units) or _by_program(arcs, interval, units)
+        if fewer is not None:
+            return tuple(fewer)
+    return tuple(found)
+
+
+def _by_program(arcs: Sequence[tuple[int, int]], interval: int, units: int) -> list[int] | None:
+    """Return a colouring with so many units that the constraint program finds, None if it finds none."""
+    if len(arcs) * units > _MOST_LITERALS:
+        return None
+    from ortools.sat.python import cp_model
+
+    model = cp_model.CpModel()
+    on = [[model.new_bool_var("") for _ in range(units)] for _ in arcs]
+    for literals in on:
+        model.add_exactly_one(literals)
+    # Two arcs that overlap do so where one of them begins.
+    over = [
+        [i for i, (slot, busy) in enumerate(arcs) if (place - slot) % interval < busy]
+        for place in sorted({slot for slot, _ in arcs})
+    ]
+    for members in over:
+        for unit in range(units):
+            model.add_at_most_one(on[i][unit] for i in members)
+    # Units are alike: the arcs over the fullest place are on the first ones.
+    fullest = max(over, key=len)
+    for unit, i in enumerate(fullest):
+        model.add(on[i][unit] == 1)
+    solver = cp_model.CpSolver()
+    solver.parameters.random_seed = 1
+    solver.parameters.num_workers = 1
+    solver.parameters.max_deterministic_time = _MOST_WORK
+    if solver.solve(model) not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return None
+    return [next(unit for unit in range(units) if solver.value(literals[unit])) for literals in on]
 
 
 def _first_fit(arcs: Sequence[tuple[int, int]], order: Sequence[int], interval: int) -> list[int]:

@@ -232,9 +232,10 @@ def _places(net: Network, kind: int, start: Sequence[int]) -> _Counts | _Lasting
         for index in members:
             counts.enter(index, start[index])
         return counts
-    lasting = _Lasting(net, capacity)
-    arcs = [(start[i] % net.interval, net.busy[i]) for i in members]
-    for index, unit in zip(members, coloured(arcs, net.interval), strict=True):
+    units = coloured([(start[i] % net.interval, net.busy[i]) for i in members], net.interval)
+    # The colouring may need more units than there are, if its search ends early.
+    lasting = _Lasting(net, max(capacity, *(unit + 1 for unit in units)))
+    for index, unit in zip(members, units, strict=True):
         lasting.enter(index, start[index], unit)
     return lasting
 
