@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cordicc.backends.pictures.pareto_plot import Mark
 from cordicc.backends.report.page import Explored
-from cordicc.base.diagnostics import CordiccError, Diagnostic
+from cordicc.base.diagnostics import CordiccError, Diagnostic, Unattainable
 from cordicc.base.text_tables import Sheet, Table
 from cordicc.ir.graph import Graph
 from cordicc.ir.text import print_graph
@@ -166,6 +166,9 @@ _Failure = tuple[type[CordiccError], tuple[Diagnostic, ...]]
 def _plan(path: Path, target: str, units: str) -> Plan | _Failure:
     try:
         return plan_file(path, Options(target, units)).plan
+    except Unattainable as error:
+        # Those of its kinds that say more are made of other things than findings.
+        return Unattainable, error.diagnostics
     except CordiccError as error:
         return type(error), error.diagnostics
 
