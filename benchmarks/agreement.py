@@ -5,7 +5,8 @@
 The problem of a seed is compiled for one of the shipped targets, an interval of 1 to 7 and 1 to 3 copies, in
 turn.  The words of the emulator have to be those of its units compiled by numba, of the cycle-accurate run
 and of the C model, bit for bit; numbers and `valid` have to agree with mpmath's within what rounding can do:
-a value may be off by 32 times what errors of 2^-20, or of the coarsest fixed-point format, move it by.
+a value may be off by 32 times what errors of 2^-20, or of the coarsest fixed-point format, move it by;
+what a plan states to count as on a border may count so.
 Exit status 1 after a difference or a traceback.
 """
 
@@ -63,6 +64,12 @@ def same(name: str, one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
             raise Difference(f"{name}: '{key}'")
 
 
+def stated(plan: Plan) -> float:
+    """Return the most that a plan states to count as on a border of a domain, in units of its operands."""
+    slacks = [operation.slack for operation in plan.operations]
+    return max((slack.beyond for slack in slacks if not slack.relative), default=0.0)
+
+
 def judge(
     problem: RandomProblem, plan: Plan, samples: Samples, outputs: Mapping[str, Any], suffix: str
 ) -> int:
@@ -73,7 +80,7 @@ def judge(
     for index in np.flatnonzero(clear):
         sample = {name: float(column[index]) for name, column in samples.items()}
         got = bool(outputs["valid"][index])
-        if got and not valid[index] and is_clear(problem, samples, int(index), erring):
+        if got and not valid[index] and is_clear(problem, samples, int(index), max(erring, stated(plan))):
             raise Difference(f"valid without a value at {sample}")
         if not (got and valid[index]):
             continue

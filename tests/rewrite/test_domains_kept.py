@@ -102,6 +102,18 @@ def test_what_is_clear_of_a_vector_that_rounding_hides() -> None:
     np.testing.assert_array_equal(clear, [False, True])
 
 
+def test_what_is_clear_where_two_conditions_contradict_each_other() -> None:
+    """The angle is 0, which is not negative and has no inverse root; rounding may take it for either side."""
+    steps = (
+        Step("w1", "condition", ("y", "y", "y", "{t} < 0")),
+        Step("w2", "plain", ("(sqrt(w1)*sqrt(w1))**-0.5",)),
+    )
+    problem = RandomProblem(0, {"y": (-1.0, 0.0)}, steps, ("w2",))
+    valid, clear = clear_validity(problem, {"y": np.array([-0.9])}, 1e-6, tries=100)
+    assert not valid
+    assert not clear
+
+
 def test_an_exact_border_of_two_conditions(tmp_path: Path) -> None:
     """The angle is 0, at which alone it is not positive and has a root, and which rounding misses."""
     path = tmp_path / "problem.yaml"

@@ -328,3 +328,15 @@ def test_on_fixed_point_words_decide(tmp_path: Path) -> None:
     )
     assert gate.judged(chain).inaccurate is None
     assert AccuracyGate(problem, squares, points).judged(squares).inaccurate is None
+
+
+def test_a_part_is_a_known_value_with_its_factor_and_constant(tmp_path: Path) -> None:
+    """What is known is -r + x, and the polynomial p + (r - x)."""
+    equations = """
+r = sqrt(x)
+w = atan2((x**2 - 2*x**3)/(x**2 - x**2*r), (2*x*x - x*r)/(x**2 - x**2*r))
+"""
+    problem = problem_of(tmp_path, "x=0.1:3", equations, "w")
+    same_where(
+        problem, searched(problem).graph, {"x": [0.2674894474032574, 0.3, 0.9, 1.1, 2.7523184816296764]}
+    )

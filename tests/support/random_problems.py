@@ -166,6 +166,14 @@ def _at_most_one(x: Any, tolerance: float) -> Any:
 _BORDERS = {"sqrt": _at_least(0), "acosh": _at_least(1), "acos": _at_most_one, "asin": _at_most_one}
 """What to take for an operand beside the border of a domain."""
 
+_INSIDE: dict[str, Any] = {
+    "sqrt": lambda x, depth: depth,
+    "acosh": lambda x, depth: 1 + depth,
+    "acos": lambda x, depth: math.copysign(1 - depth, x),
+    "asin": lambda x, depth: math.copysign(1 - depth, x),
+}
+"""Operands within the border of a domain, by so much."""
+
 _POLES: dict[str, Any] = {
     "tan": lambda x: abs(mp.cos(x)),
     "log": lambda x: x,
@@ -181,6 +189,11 @@ def _function(name: str) -> Any:
         tolerance = Real.noise.tolerance
         if tolerance and name in _BORDERS:
             a = [_BORDERS[name](a[0], tolerance)]
+        error = Real.noise.absolute
+        near = error and name in _BORDERS and _BORDERS[name](a[0], error) != a[0]
+        if near and Real.noise.generator.random() < 0.5:
+            # Beyond a border by less than rounding: a unit may take it for any number on the other side.
+            a = [_INSIDE[name](a[0], Real.noise.generator.uniform(0, error))]
         if tolerance and name in _POLES and _POLES[name](*a) <= tolerance:
             raise NoValue
         outside: Any = {
@@ -272,7 +285,10 @@ class Step:
             shown = self.parts[3].format(t="t")
             left, relation, _ = shown.split()
             excess = _evaluated(left, {"t": Real(inside)}).value
-            if (excess if relation == ">" else -excess) >= -Real.noise.tolerance:
+            allowed = Real.noise.tolerance
+            if Real.noise.absolute:
+                allowed = Real.noise.generator.choice((0.0, Real.noise.absolute))
+            if (excess if relation == ">" else -excess) >= -allowed:
                 return angle
         raise NoValue
 

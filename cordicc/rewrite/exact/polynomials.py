@@ -14,12 +14,13 @@ _SUM_TERMS = 40
 class Polynomials:
     """Finds a value of which a polynomial is a multiple, plus a constant; cosines and sines as displayed.
 
-    `sums` holds values with polynomials of a few terms, without constant and monic; `multiples` values, as
-    polynomials, that came after one that they are a multiple of.
+    `sums` holds polynomials of a few terms, monic and without a constant, of which values are multiples but
+    for constants, see `affine`; `multiples` values, as polynomials, that came after one that they are a
+    multiple of.
     """
 
     def __init__(self) -> None:
-        self.sums: list[tuple[Value, Poly]] = []
+        self.sums: list[Poly] = []
         self.multiples: list[tuple[Value, Poly]] = []
         self._known: dict[Key, tuple[Value, Fraction, Fraction]] = {}
 
@@ -32,7 +33,7 @@ class Polynomials:
         elif factor:
             self._known[key] = (value, factor, constant)
             if 1 < len(poly) <= _SUM_TERMS:
-                self.sums.append((value, base))
+                self.sums.append(base)
 
     def affine(self, poly: Poly) -> tuple[Value, Fraction, Fraction] | None:
         """Return (v, k, d) with poly = k v + d, if there is such a value."""

@@ -132,22 +132,24 @@ class Synthesis:
         return self._horner(poly) if reduced is None else reduced
 
     def _less_a_known_value(self, poly: Poly) -> Value | None:
-        """Return k v + rest for the known value v that leaves the shortest rest, if it is short."""
+        """Return k p + rest for the polynomial p of a value that leaves the shortest rest, if it is short."""
         store = self._store
-        best: tuple[int, Value, Fraction, Poly] | None = None
+        best: tuple[int, Poly, Fraction, Poly] | None = None
         terms = poly.to_dict()
-        for value, other in store.polynomials.sums:
+        for other in store.polynomials.sums:
             lead = other.monoms()[0]
             if lead not in terms or len(other) < 2 or len(other) > 2 * len(poly):
                 continue
             factor = terms[lead] / other.leading_coefficient()
             rest = poly - other * factor
             if len(rest) <= len(poly) - 2 and (best is None or len(rest) < best[0]):
-                best = len(rest), value, rational(factor), rest
+                best = len(rest), other, rational(factor), rest
         if best is None:
             return None
-        _, value, factor, rest = best
-        return store.add(store.scale(factor, value), self.polynomial(rest))
+        _, other, factor, rest = best
+        # The value may be another multiple of it, with a constant.
+        value = self._known(other)
+        return None if value is None else store.add(store.scale(factor, value), self.polynomial(rest))
 
     def _horner(self, poly: Poly) -> Value:
         """Return g p + q for the generator g in the most terms; linear terms stay apart."""
