@@ -29,6 +29,10 @@ from cordicc.targets.target import CAU_KINDS
 from cordicc.targets.target_file import load_target
 
 INTERVALS = (1, 2, 4, 8, 16)
+"""Multiples of the shortest interval that the units of the target keep."""
+
+_SPARE = 100
+"""Operations of one unit for which there is time in the plan from which the points are made."""
 MOST_POINTS = 30
 _EFFORT = Effort(schedule=4.0, words=0.03, binding=0.0, threads=1)
 """FIFO words of large problems stay with a small gap, to prove all of them would take minutes; and the
@@ -118,11 +122,16 @@ def explore(
         InvalidInput: the file, the target or an option is invalid.
         Unattainable: no number format that holds a value.
     """
+    busy = max(unit.initiation_interval for unit in load_target(target).units.values())
     with executor:
-        bases = _bases(path, target, units, copies, executor)
+        # Units that are busy are so for about as long, whatever the plan's guard bits make of them.
+        bases = _bases(path, target, units, copies, busy if busy == 1 else _SPARE * busy, executor)
+        shortest = max(
+            unit.initiation_interval for base in bases.values() for unit in base.target.units.values()
+        )
         tasks: dict[Future[list[Point]], int] = {}
         # The longest first: shared units take most, and those of long intervals are shared most.
-        for interval in reversed(INTERVALS):
+        for interval in (shortest * times for times in reversed(INTERVALS)):
             for choice, base in bases.items():
                 counts = _counts(base, interval, MOST_POINTS // len(bases))
                 tasks[executor.submit(_points, base, choice, interval, counts)] = len(counts)
@@ -142,16 +151,19 @@ def _load() -> None:
     import_module("ortools.sat.python.cp_model")
 
 
-def _bases(path: Path, target: str, units: str, copies: int, executor: Executor) -> dict[str, Plan]:
+def _bases(
+    path: Path, target: str, units: str, copies: int, interval: int, executor: Executor
+) -> dict[str, Plan]:
     """Return a plan for each choice of CAUs that makes a difference."""
     choices: tuple[str, ...] = (units,)
     if units == "auto" and load_target(target).has_implicit:
         choices = ("implicit", "standard")
     if len(choices) > 1 and isinstance(executor, ProcessPoolExecutor):
         # A worker of a cluster may not have the file.
-        made = [task.result() for task in [executor.submit(_plan, path, target, c) for c in choices]]
+        asked = [executor.submit(_plan, path, target, choice, interval) for choice in choices]
+        made = [task.result() for task in asked]
     else:
-        made = [_plan(path, target, choice) for choice in choices]
+        made = [_plan(path, target, choice, interval) for choice in choices]
     plans = [_plan_or_raise(each) for each in made]
     bases = {choice: replicated(plan, copies) for choice, plan in zip(choices, plans, strict=True)}
     if all(plan.operations == plans[0].operations for plan in plans):
@@ -163,9 +175,9 @@ _Failure = tuple[type[CordiccError], tuple[Diagnostic, ...]]
 """An error as it travels between processes."""
 
 
-def _plan(path: Path, target: str, units: str) -> Plan | _Failure:
+def _plan(path: Path, target: str, units: str, interval: int) -> Plan | _Failure:
     try:
-        return plan_file(path, Options(target, units)).plan
+        return plan_file(path, Options(target, units, Limits(initiation_interval=interval))).plan
     except Unattainable as error:
         # Those of its kinds that say more are made of other things than findings.
         return Unattainable, error.diagnostics
@@ -182,8 +194,9 @@ def _plan_or_raise(made: Plan | _Failure) -> Plan:
 
 def _counts(plan: Plan, interval: int, most: int) -> list[int]:
     """Return numbers of CAUs to look at, from the fewest to one for each operation; `most` in all."""
-    counts = [sum(o.kind == kind for o in plan.operations) for kind in CAU_KINDS]
-    least, full = sum(-(-count // interval) for count in counts), sum(counts)
+    problem = scheduling_problem(plan, interval)
+    full = sum(count for kind, count in problem.counts().items() if kind in CAU_KINDS)
+    least = sum(problem.fewest(kind) for kind in CAU_KINDS)
     share = max(1, (most - 1) // (len(INTERVALS) - 1))
     steps = min(share, full - least + 1)
     # The first additional units shorten the latency most, so the steps grow.
