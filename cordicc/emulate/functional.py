@@ -47,8 +47,9 @@ def _run(
         block = slice(begin, begin + _BLOCK_SAMPLES)
         part = {name: array[block] for name, array in samples.items()}
         length = in_range[block].size
-        for name, numbers in _evaluate(plan, order, arithmetic, formats, constants, part, length).items():
-            outputs[name][block] = numbers
+        values = _values(order, arithmetic, formats, constants, part, length)
+        for name, operand in plan.outputs.items():
+            outputs[name][block] = formats.leaving(name, _fetched(operand, values, constants, length))
     return deliver(outputs, in_range)
 
 
@@ -77,23 +78,6 @@ def _constants(plan: Plan, arithmetic: Arithmetic) -> dict[str, Signal]:
         operand.constant: constant_signal(arithmetic, operand, _BLOCK_SAMPLES)
         for operand in (*operands, *plan.outputs.values())
         if operand.constant is not None
-    }
-
-
-def _evaluate(
-    plan: Plan,
-    order: Sequence[Operation],
-    arithmetic: Arithmetic,
-    formats: PortFormats,
-    constants: Mapping[str, Signal],
-    samples: Mapping[str, Floats],
-    length: int,
-) -> dict[str, Floats]:
-    """Return the numbers of the outputs."""
-    values = _values(order, arithmetic, formats, constants, samples, length)
-    return {
-        name: formats.leaving(name, _fetched(operand, values, constants, length))
-        for name, operand in plan.outputs.items()
     }
 
 

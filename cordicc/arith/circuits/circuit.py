@@ -141,7 +141,7 @@ class Circuit:
     """Cells in an order in which operands come first, and ports.
 
     All outputs exist in one cycle, the latency.  `notes` by cell are comments that stand in front of it.
-    A circuit with loops takes an operation every `interval` cycles.
+    A circuit with loops takes an operation as often as the longest of them has steps.
     """
 
     name: str
@@ -150,11 +150,6 @@ class Circuit:
     outputs: tuple[Port, ...]
     notes: Mapping[int, str]
     loops: tuple[Loop, ...] = ()
-
-    @property
-    def interval(self) -> int:
-        """Cycles from one operation to the next, at the least."""
-        return max((loop.steps for loop in self.loops), default=1)
 
     @property
     def strobes(self) -> tuple[int, ...]:

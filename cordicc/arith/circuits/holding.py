@@ -40,11 +40,10 @@ def held(circuit: Circuit, interval: int) -> Circuit:
                 cell = replace(cell, kind="hold")
         place.append(len(made))
         made.append(replace(cell, operands=operands))
-    return Circuit(
-        circuit.name,
-        tuple(made),
-        tuple(Port(port.name, place[port.cell]) for port in circuit.inputs),
-        tuple(Port(port.name, place[port.cell]) for port in circuit.outputs),
-        {place[number]: text for number, text in circuit.notes.items()},
-        circuit.loops,
+    return replace(
+        circuit,
+        cells=tuple(made),
+        inputs=tuple(Port(port.name, place[port.cell]) for port in circuit.inputs),
+        outputs=tuple(Port(port.name, place[port.cell]) for port in circuit.outputs),
+        notes={place[number]: text for number, text in circuit.notes.items()},
     )

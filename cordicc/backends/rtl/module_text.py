@@ -108,9 +108,9 @@ class _Module:
         for name, cell in ports.items():
             width = loop.body.cells[cell].width
             value = literal(0, width) if name == INDEX else self._whole(entering[name], width)
-            yield f"    reg {inner.declared(cell, f'{prefix}{name}_q')};"
+            yield f"    reg {inner._declared(cell, f'{prefix}{name}_q')};"
             text = f"{prefix}first ? {value} : {prefix}{name}_q"
-            yield f"    wire {inner.declared(cell, prefix + name)} = {text};"
+            yield f"    wire {inner._declared(cell, prefix + name)} = {text};"
         yield from inner.body()
         yield "    always @(posedge clk) if (ce) begin"
         following = {port.name: port.cell for port in loop.body.outputs}
@@ -209,11 +209,8 @@ class _Module:
                     line += f", {text}"
             yield line + "};"
 
-    def declared(self, number: int, name: str) -> str:
-        """Return a name with the width of a cell's signal."""
-        return self._declared(number, name)
-
     def _declared(self, number: int, name: str) -> str:
+        """Return a name with the width of a cell's signal."""
         cell = self._cells[number]
         signed = "signed " if cell.signed else ""
         return f"{signed}[{cell.width - 1}:0] {name}" if cell.width > 1 or cell.signed else name
